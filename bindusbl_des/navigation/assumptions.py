@@ -39,31 +39,62 @@ def assumed(setup: Sensors) -> tuple[Belief, Growth]:
     """Return what navigators believe at first, and how they become less sure."""
     navigation, water = setup.scenario.navigation, setup.scenario.environment
     settings, asvs_ping = settings_of(navigation), setup.scenario.protocol.asvs_ping
-    skew, wandering, common = _skew(setup), _wandering(setup), _common(setup)
+    walk = settings.random_walk_m_per_sqrt_s
+    first, growth = beginning(
+        _start(navigation),
+        _bias(setup),
+        (setup.own_sensors.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
+        _current(navigation, water),
+        _wander(navigation, water),
+        in_body=navigation.bias_frame == "body",
+        skew=_skew(setup),
+        wandering=_wandering(setup),
+        common=_common(setup),
+    )
+    if _has_arrays(setup):
+        arrays = len(first.state) - len(_common(setup).sds)
+        growth = growth._replace(
+            aligned=arrays if asvs_ping else 0, misaligned=0 if asvs_ping else arrays
+        )
+    if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
+        turn = growth.stretched + 1
+        both = first.covariance[turn, turn]
+        first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
+    return first, growth
+
+
+def beginning(
+    start_sd: float,
+    bias_sd: tuple[float, float],
+    walk: float,
+    current_sd: float = 0.0,
+    wander: float = 0.0,
+    *,
+    in_body: bool,
+    skew: Further = NONE,
+    wandering: Further = NONE,
+    common: Further = NONE,
+) -> tuple[Belief, Growth]:
+    """Return a first belief, by standard deviations of the place (m), of both biases and of the
+    current (m/s), and its growth, by the variances per second of the walk (m2/s) and of the current
+    (m2/s3); with further states that stretch and turn the way, of a bias that wanders, and of what
+    fixes have in common.
+    """
     parts = skew, wandering, common
     sds = [sd for part in parts for sd in part.sds]
     lasts = [time for part in parts for time in part.time_constants]
-    in_body, walk = navigation.bias_frame == "body", settings.random_walk_m_per_sqrt_s
-    arrays = STATES + len(skew.sds) + len(wandering.sds) if _has_arrays(setup) else 0
     longest = SHARE_AT_A_TIME * min((*wandering.time_constants, math.inf))
     growth = Growth(
-        (setup.own_sensors.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
-        _wander(navigation, water),
+        walk,
+        wander,
         in_body,
         stretched=STATES if skew.sds else 0,
         wandering=STATES + len(skew.sds) if wandering.sds else 0,
         sds=np.array(sds, dtype=np.float64),
         time_constants=np.array(lasts, dtype=np.float64),
         step=longest if in_body else math.inf,
-        aligned=arrays if asvs_ping else 0,
-        misaligned=0 if asvs_ping else arrays,
     )
-    first = first_belief(_start(navigation), _bias(setup), _current(navigation, water), sds)
-    if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
-        turn = growth.stretched + 1
-        both = first.covariance[turn, turn]
-        first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
-    return first, growth
+    return first_belief(start_sd, bias_sd, current_sd, sds), growth
 
 
 def common_to_all(setup: Sensors) -> Common:

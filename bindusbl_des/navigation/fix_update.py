@@ -203,9 +203,13 @@ def write_seen(seen: Floats, slopes: Floats, spread: Floats) -> None:
 
 
 @compiled
-def add_noise(spread: Floats, gain: Floats, noise: Noise) -> None:
-    """Add K R K^T to P (k, k), of a gain K^T (1 or 2, k) and a noise R."""
+def joseph(spread: Floats, gain: Floats, slopes: Floats, noise: Noise) -> None:
+    """Have (1 - K H) P (1 - K H)^T + K R K^T in the place of P (k, k), of a gain K^T and slopes H
+    (1 or 2, k) and a noise R, which is right for any gain.  Source: Y. Bar-Shalom, X. R. Li, T.
+    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
+    """
     (xx, yy, xy), is_pair = noise, len(gain) > 1
+    project(spread, gain, slopes)
     for i in range(len(spread)):
         over, beside = gain[0, i] * xx, 0.0
         if is_pair:
@@ -239,9 +243,12 @@ def doubted(excess: float, believed: float, offset: float) -> float:
 
 
 @compiled
-def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise) -> Noise:
-    """Write P H^T, transposed, of one or two numbers that are measured; return the covariance of
-    both, H P H^T + R: of one alone as if it were two that have nothing in common.
+def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise, fixed: float) -> Noise:
+    """Write K^T of one or two numbers that are measured: that of Kalman if `fixed` is WEIGHED and
+    anything is unsure, else that share of the position, or 0.
+
+    Return the covariance of both, H P H^T + R: of one alone as if it were two that have nothing in
+    common.
     """
     write_seen(gain, slopes, spread.T)
     last, xx, yy, xy = len(slopes) - 1, 0.0, 0.0, 0.0
@@ -249,26 +256,19 @@ def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise) -> No
         xx += slopes[0, j] * gain[0, j]
         yy += slopes[last, j] * gain[last, j]
         xy += slopes[0, j] * gain[last, j]
-    return xx + noise[0], yy + noise[1], xy + noise[2] if last > 0 else 0.0
-
-
-@compiled
-def divide_gain(gain: Floats, total: Noise, fixed: float) -> None:
-    """Have K in the place of P H^T, both transposed, by the covariance of what is measured: that
-    of Kalman if `fixed` is WEIGHED and anything is unsure, else that share of the position, or 0.
-    """
-    xx, yy, xy = total
+    xx, yy, xy = xx + noise[0], yy + noise[1], xy + noise[2] if last > 0 else 0.0
     determinant = xx * yy - xy * xy
-    if fixed != WEIGHED or not determinant > SURE * (xx + yy) ** 2:
+    if fixed == WEIGHED and determinant > SURE * (xx + yy) ** 2:
+        for k in range(len(spread)):
+            first, second = gain[0, k], gain[last, k]
+            gain[0, k] = (first * yy - second * xy) / determinant
+            if last > 0:
+                gain[1, k] = (second * xx - first * xy) / determinant
+    else:
         gain[:] = 0.0
         if fixed != WEIGHED:
             gain[0, 0] = gain[1, 1] = fixed
-        return
-    for k in range(gain.shape[1]):
-        first, second = gain[0, k], gain[-1, k]
-        gain[0, k] = (first * yy - second * xy) / determinant
-        if len(gain) > 1:
-            gain[1, k] = (second * xx - first * xy) / determinant
+    return xx, yy, xy
 
 
 @compiled
@@ -281,15 +281,13 @@ def take(
     They go with the states by `slopes` H (2, k), and have a `noise` R: xx, yy, xy (one: H (1, k), a
     second that is off by 0, and its variance twice).  `gain` K^T, as large as H, is written over.
     `whose` is the number of the AUV that refuses, of several; what others may have of the
-    covariance as well is `shared` (k, k), of the noise `theirs`.  Joseph's form, P = (1 - K H) P
-    (1 - K H)^T + K R K^T, is right for any gain.  Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
-    Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
+    covariance as well is `shared` (k, k), of the noise `theirs`.
 
     Return the normalised square (NIS, NaN where nothing is unsure), and whether the gate let them
     pass.
     """
     moment, state, (x, y) = belief.moment[whose], belief.state, off
-    total = write_gain(gain, belief.covariance, slopes, noise)
+    total = write_gain(gain, belief.covariance, slopes, noise, rule.gain)
     nis = normalised_square(x, y, *total)
     if rule.gate > 0.0 and nis > rule.gate and moment.refused < MOST_REFUSED:
         moment.refused += 1
@@ -301,12 +299,9 @@ def take(
                 shared[:] *= factor
         return nis, False
     moment.refused = 0
-    divide_gain(gain, total, rule.gain)
     for k in range(state.size):
         state[k] += gain[0, k] * x + (gain[1, k] * y if len(gain) > 1 else 0.0)
-    project(belief.covariance, gain, slopes)
-    add_noise(belief.covariance, gain, noise)
+    joseph(belief.covariance, gain, slopes, noise)
     if shared is not None:
-        project(shared, gain, slopes)
-        add_noise(shared, gain, theirs)
+        joseph(shared, gain, slopes, theirs)
     return nis, True

@@ -17,7 +17,7 @@ from ..core.compiled import compiled, inlined
 from ..vehicles.reckoning import DeadReckoned, way_since
 from .belief import STATES, Belief, Growth, carry, expected
 from .dead_reckoning import Odometry, dr_at
-from .fix_update import add_noise, project, write_seen
+from .fix_update import joseph, project, write_seen
 
 
 class Sights(NamedTuple):
@@ -87,7 +87,7 @@ def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Float
     believed of it.
 
     Write its gain (1, k); return the variance of `off`.  A sight of what is known exactly, without
-    noise of its own, says nothing.  Joseph's form, as in :func:`.fix_update.take`.
+    noise of its own, says nothing.
     """
     state, spread, total = belief.state, belief.covariance, variance
     write_seen(gain, row, spread.T)
@@ -99,8 +99,7 @@ def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Float
     for i in range(state.size):
         gain[0, i] /= total
         state[i] += gain[0, i] * off
-    project(spread, gain, row)
-    add_noise(spread, gain, (variance, 0.0, 0.0))
+    joseph(spread, gain, row, (variance, 0.0, 0.0))
     return total
 
 

@@ -27,8 +27,15 @@ from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .fitting import fit
 from .log import BadLog, Log, LoggedPose
-from .navigating import NavigatedTrack, Noise, filter_log, noise_of, prepared, smooth_log
-from .sighting import SEEN
+from .navigating import (
+    NavigatedTrack,
+    Noise,
+    blank_seen,
+    filter_log,
+    noise_of,
+    prepared,
+    smooth_log,
+)
 
 # Directions and places from which a descent begins, and the scales c (m) that it goes through.
 HEADINGS, PLACES_ALONG = 12, 3
@@ -295,7 +302,7 @@ def _navigated(
     reckoning: Any = _Reckoning(log)  # what navigators ask of a DeadReckoning, of a log
     own: Any = OwnNavigator(name, make, reckoning, np.zeros((1, 2)))
     fixes = _fixes(log)
-    seen = np.zeros(len(fixes), dtype=SEEN).view(np.recarray)
+    seen = blank_seen(len(fixes))
     seen["inlier"], seen["density"], seen["taken"] = 1.0, np.nan, True
     own.correct(fixes, np.arange(len(fixes)))
     seen["off_m"], seen["nis"] = fixes["innovation_m"], fixes["nis"]

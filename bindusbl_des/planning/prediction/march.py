@@ -14,18 +14,13 @@ import numpy as np
 
 from ...core.arrays import Floats, Ints
 from ...core.compiled import compiled, inlined
-from ...navigation.fix_update import (
-    WEIGHED,
-    Noise,
-    add_noise,
-    divide_gain,
-    project,
-    write_gain,
-)
+from ...navigation.fix_update import WEIGHED, joseph, write_gain
 from .drift import FRAMES, NOT_AT_ALL, Drifts, DriftState, carry, moment_at
 from .inputs import DriftSource, Inputs
 from .rounds import Turns
 from .sights import Fixes
+
+Noise = tuple[float, float, float]
 
 
 class ExpectedFix(NamedTuple):
@@ -54,7 +49,7 @@ def correct(
     chance, share = min(fixes, 1.0), 1.0 / max(fixes, 1.0)
     noise, thought = _scaled(fix.noise, share), _scaled(fix.thought, share)
     gains, moved = np.empty(fix.slopes.shape), np.empty(len(true))
-    divide_gain(gains, write_gain(gains, believed, fix.slopes, thought), gain)
+    write_gain(gains, believed, fix.slopes, thought, gain)
     for row in range(len(rows) - 1, -1, -1):
         x, y = behind if row == 0 else (0.0, 0.0)
         for k in range(len(true)):
@@ -65,8 +60,7 @@ def correct(
             rows[row, k] -= chance * moved[k]
     for spread, own in ((true, noise), (believed, thought)):
         before = spread.copy()
-        project(spread, gains, fix.slopes)
-        add_noise(spread, gains, own)
+        joseph(spread, gains, fix.slopes, own)
         spread[:] = before + chance * (spread - before)
     for i in range(len(true)):
         for j in range(len(true)):

@@ -9,19 +9,21 @@ J. A. Little, J. M. G. Taylor, Robust statistical modeling using the t distribut
 American Statistical Association 84, 1989.
 """
 
-from math import exp, log, log1p, pi, sqrt
+from dataclasses import dataclass, replace
+from math import exp, hypot, inf, log, log1p, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from ..core.arrays import Floats
 from ..core.compiled import compiled, inlined
-from ..navigation.belief import Belief, Growth, carry
-from ..navigation.dead_reckoning import Odometry, dr_at
-from ..navigation.fix_update import EXPECTED, MOST_REFUSED, doubted
-from ..navigation.smoothing import Sights, absorb
 from ..records.rows import Row, Rows
 from ..vehicles.reckoning import DeadReckoned
+from .assumptions import NONE, Further, beginning
+from .belief import Belief, Growth, begun_at, carry
+from .dead_reckoning import Odometry, dr_at
+from .fix_update import EXPECTED, MOST_REFUSED, doubted
+from .smoothing import Sights, Smoothed, absorb, smooth
 
 # A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix
 # lies and NaN; how far beacon and vehicle are apart in depth (m); along two axes at right angles
@@ -47,6 +49,91 @@ class Mixture(NamedTuple):
     share: float
     outlier_sd: float
     gate: float
+
+
+# How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
+# the very ranges that navigate, so they must be free to move it.
+START_SD, HEADING_SD = 10.0, 0.1
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What is unsure in a log: of ranges (m), a share of outliers and their further error (m), dead
+    reckoning's random walk (m/sqrt(s)) and velocity bias (m/s, ahead and to the side of y).
+
+    `bias_sd` is what a bias may be beyond the one given (m/s), which wanders with a time constant
+    `bias_time_constant_s` (s) or, if that is infinite, is constant; the scale of the way is off by
+    `scale_sd`, its heading by `heading_sd` (rad), both constant.  A sight that not even the
+    variance of an outlier explains is refused: its normalised square is above `gate`; 0: none is.
+    """
+
+    range_sd: float
+    outlier_share: float
+    outlier_sd: float
+    random_walk: float
+    bias: tuple[float, float] = (0.0, 0.0)
+    bias_sd: float = 0.0
+    gate: float = 0.0
+    start_sd: float = 0.0
+    in_body: bool = True
+    scale_sd: float = 0.0
+    heading_sd: float = 0.0
+    bias_time_constant_s: float = inf
+
+    def with_start_found(self) -> "Noise":
+        """Return noise that leaves a start that was found free to move."""
+        start_sd, heading_sd = max(self.start_sd, START_SD), max(self.heading_sd, HEADING_SD)
+        return replace(self, start_sd=start_sd, heading_sd=heading_sd)
+
+    @property
+    def mixture(self) -> Mixture:
+        """The noise of sights."""
+        return Mixture(*map(float, (self.range_sd, self.outlier_share, self.outlier_sd, self.gate)))
+
+    @property
+    def beliefs(self) -> tuple[Belief, Growth]:
+        """What is believed at the start, and how that becomes less sure."""
+        wanders = self.bias_sd > 0.0 and self.bias_time_constant_s < inf
+        constant = 0.0 if wanders else self.bias_sd
+        ahead, aside = (hypot(bias, constant) for bias in self.bias)
+        return beginning(
+            self.start_sd,
+            (ahead, aside),
+            float(self.random_walk) ** 2,
+            in_body=self.in_body,
+            skew=Further((self.scale_sd, self.heading_sd), (inf, inf)),
+            wandering=Further((self.bias_sd,) * 2, (self.bias_time_constant_s,) * 2)
+            if wanders
+            else NONE,
+        )
+
+
+class Prepared(NamedTuple):
+    """A log as navigators take it: its odometry at all instants of rows and sights, the sights."""
+
+    odometry: Odometry
+    sights: Rows
+
+    def beliefs(self, noise: Noise) -> tuple[Belief, Growth]:
+        """Return what is believed at the first instant, and how that becomes less sure."""
+        first, growth = noise.beliefs
+        x, y = self.odometry.position[0].tolist()
+        return begun_at(first, (x, y)), growth
+
+
+class NavigatedTrack(NamedTuple):
+    """Where a vehicle was taken for at n instants (n,), s: places (n, 2), m, and their covariances
+    xx, yy, xy (n, 3), m2; what became of each of m sights (m,), SEEN.
+    """
+
+    times: Floats
+    places: Floats
+    covariances: Floats
+    seen: Rows
+
+    def at(self, times: Floats) -> Floats:
+        """Return the places (k, 2), m, of some of the instants (k,), s."""
+        return self.places[np.searchsorted(self.times, times)]
 
 
 class SightGradient(NamedTuple):
@@ -134,6 +221,50 @@ def _between(one: SightGradient, other: SightGradient, spread: Floats) -> float:
     y = spread[1, 0] * other.x + spread[1, 1] * other.y
     together: float = one.x * x + one.y * y
     return together
+
+
+def filter_log(log: Prepared, noise: Noise) -> NavigatedTrack:
+    """Return where the vehicle would have taken itself for, sight by sight, as an extended Kalman
+    filter has it.
+    """
+    (odometry, sights), (own, growth) = log, log.beliefs(noise)
+    places, covariances = np.empty((len(odometry.times), 2)), np.empty((len(odometry.times), 3))
+    seen = blank_seen(len(sights))
+    follow(own, odometry, sights, noise.mixture, growth, seen, places, covariances)
+    return NavigatedTrack(odometry.times, places, covariances, seen)
+
+
+# Sights are looked at anew from where they have put the vehicle until that moves by less (m).
+SETTLED, MOST_LOOKS = 1e-3, 50
+
+
+def smooth_log(
+    log: Prepared, noise: Noise, begin: NavigatedTrack
+) -> tuple[NavigatedTrack, Smoothed]:
+    """Return where all sights together say that it was, and what is believed of all states.
+
+    Sights are looked at from `begin`, and from where that leads, until nothing changes: the most
+    likely track.
+    """
+    (odometry, sights), (first, growth), places = log, log.beliefs(noise), begin.places
+    most, seen = 2 * len(sights), blank_seen(len(sights))
+    for _ in range(MOST_LOOKS):
+        nodes, values, variances = np.zeros(most, np.int64), np.zeros(most), np.zeros(most)
+        linear = Sights(nodes, np.zeros((most, len(first.state))), values, variances)
+        n = look(sights, places, odometry.position, noise.mixture, linear, seen)
+        own = Sights(nodes[:n], linear.rows[:n], values[:n], variances[:n])
+        found = smooth(first, odometry, own, growth)
+        before, places = places, odometry.position - found.states[:, :2]
+        if np.abs(places - before).max() < SETTLED:
+            break
+    spread = found.covariances
+    covariances = np.column_stack((spread[:, 0, 0], spread[:, 1, 1], spread[:, 0, 1]))
+    return NavigatedTrack(odometry.times, places, covariances, seen), found
+
+
+def blank_seen(count: int) -> Rows:
+    """Return rows of what became of so many sights, :data:`SEEN`, of which nothing is known yet."""
+    return np.zeros(count, dtype=SEEN).view(np.recarray)
 
 
 @compiled
