@@ -41,11 +41,11 @@ from ..scenario.families import BROADCASTER, DOWNLINK, SCHEDULE
 from ..scenario.part_choice import checked_part
 from ..setup import Setup
 from ..usbl.array import elements_of
+from ..usbl.fixes import Astray
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import slow_numbers
-from ..usbl.systematic_fixes import Astray
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places
 from ..vehicles.poses import Poses, PoseSource

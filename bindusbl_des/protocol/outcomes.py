@@ -19,13 +19,13 @@ from ..core.streams import NoiseStore, Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ..usbl.array import ELEMENTS, plus, scaled
-from ..usbl.instrument import Usbl, measured, note
+from ..usbl.fixes import OUTLIER_WIDTH, Astray, measured, measured_astray, note
+from ..usbl.instrument import Usbl
 from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ..usbl.own_instrument import OwnInstrument, mirrored, sounding_of
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import SLOW, advance, blend
 from ..usbl.systematic_effects import PackedErrors, Systematic, astray
-from ..usbl.systematic_fixes import OUTLIER_WIDTH, Astray, measured_astray
 from ..usbl.two_way import Heard
 from .pings import HfBand
 from .reception import Decided, PairNoise, foretold, resolve

@@ -28,13 +28,18 @@ from ..records.events import (
     LOST,
 )
 from ..records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
-from ..usbl.instrument import measured, note
-from ..usbl.inverted import HeardBeacon, located_astray, located_itself
+from ..usbl.fixes import (
+    HeardBeacon,
+    located_astray,
+    located_itself,
+    measured,
+    measured_astray,
+    note,
+)
 from ..usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
 from ..usbl.sights import copy_direction, no_sights
 from ..usbl.slow_errors import RANGE, SLOW, advance, blend
 from ..usbl.systematic_effects import PackedErrors, systematic_of
-from ..usbl.systematic_fixes import measured_astray
 from ..usbl.two_way import Heard
 from ..vehicles.motion import Motion, where
 

@@ -10,29 +10,21 @@ from typing import cast
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.compiled import compiled
 from ..core.spreads import per_axis_sd
-from ..records.events import HEARD
-from ..records.rows import Row, Rows
+from ..records.rows import Rows
 from ..scenario.families import INSTRUMENT
 from ..scenario.part_choice import settings_of
 from ..scenario.shipped_settings import Datasheet
-from ..vehicles.motion import Motion
 from .array import Vector, scatter
-from .covariance import across_by_array
-from .fusion import fuse_pair
 from .measuring import (
     LEVELS,
     NO_SHEET,
     Instrument,
     PackedInstrument,
     Sheet,
+    across_by_array,
     locate,
-    path_sd,
-    placed,
 )
-from .sights import note_sight
-from .two_way import Heard, is_called, sighting, two_way
 
 
 def sheet_of(model: str, calls: bool) -> Sheet | None:
@@ -172,43 +164,3 @@ def stepped_sd(travel_time_sd: float, quantum: float) -> float:
     Widrow, I. Kollar, Quantization Noise, 2008, sec. 4.
     """
     return hypot(travel_time_sd, quantum / sqrt(12.0))
-
-
-@compiled
-def measured(
-    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats
-) -> tuple[Floats, Floats]:
-    """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
-
-    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
-    its course, m2).
-    """
-    if is_called(heard.ping):
-        return two_way(heard, asvs, instrument, strayed[heard.ping.auv])
-    estimate, covariance, first = heard.noise[0], heard.noise, True  # until somebody has heard it
-    for row in range(len(heard.receptions)):
-        reception, noise = heard.receptions[row], heard.noise[row]
-        if reception.outcome != HEARD:
-            continue
-        seen = sighting(heard, row, asvs, instrument, None)
-        fix, spread = placed(
-            seen, seen.path, path_sd(seen.path, instrument.levels), noise, instrument
-        )
-        note_sight(reception, fix, seen, seen.path, spread, instrument)
-        if first:
-            estimate, covariance, first = fix, spread, False
-        else:
-            estimate, covariance = fuse_pair(estimate, covariance, fix, spread)
-    return estimate, covariance
-
-
-@compiled
-def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
-    """Write what has been measured of a ping to the row of its fix."""
-    row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
-    row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
-    row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
-    row.sd_z_m = sqrt(max(covariance[2, 2], 0.0))
-    row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
-    row.cov_yz_m2 = covariance[1, 2]
-    row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)

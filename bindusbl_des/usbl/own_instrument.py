@@ -125,7 +125,7 @@ def mirrored(
     """Return a fix (3,), m, of an AUV that hears an ASV's ping, and its covariance (3, 3), m2.
 
     The AUV, at its `pose` x, y, z (m), yaw (rad), measures where the ASV is; the offset that it has
-    found tells where it is itself (:mod:`.inverted`).
+    found tells where it is itself (:mod:`.fixes`).
     """
     source = np.array([ping["x_m"], ping["y_m"], ping["z_m"]])
     sounding = Sounding(

@@ -75,7 +75,7 @@ def note_sight(
     """Write to a reception what was measured of it.
 
     `fix` (3,), m, was placed in the direction of the AUV by the range `reach` (m), and shortened
-    (:func:`.covariance.debias`); `noise` (3, 3), m2, is its covariance.  The attitude believed in
+    (:func:`.measuring.debias`); `noise` (3, 3), m2, is its covariance.  The attitude believed in
     is negative if it was the AUV that measured, in the other direction.
     """
     levels, unit, believed = instrument.levels, seen.unit, seen.believed

@@ -130,7 +130,7 @@ def deviations(time: float, levels: Row) -> Floats:
 
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
-    """Return how much of a range (m) an offset keeps that :func:`.covariance.debias` shortens."""
+    """Return how much of a range (m) an offset keeps that :func:`.measuring.debias` shortens."""
     return 1.0 if reach == 0.0 else length(ahead) / abs(reach)
 
 

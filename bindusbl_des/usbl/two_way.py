@@ -32,9 +32,9 @@ from .array import (
     scaled,
     turned,
 )
-from .covariance import SHORTEST_RANGE
 from .fusion import fuse_shared, product
 from .measuring import (
+    SHORTEST_RANGE,
     Instrument,
     Sighting,
     clocked,

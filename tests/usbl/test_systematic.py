@@ -17,11 +17,10 @@ from worlds import blank, scenario
 from bindusbl_des import Setup
 from bindusbl_des.records.events import HEARD
 from bindusbl_des.records.rows import PING, RECEPTION
+from bindusbl_des.usbl.fixes import HeardBeacon, located_astray, measured_astray
 from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.inverted import HeardBeacon, located_astray
 from bindusbl_des.usbl.measuring import Instrument
 from bindusbl_des.usbl.systematic_effects import SLOW, SYSTEMATIC, Systematic
-from bindusbl_des.usbl.systematic_fixes import measured_astray
 from bindusbl_des.usbl.two_way import Heard
 from bindusbl_des.vehicles.motion import together
 from bindusbl_des.vehicles.vehicle import moored

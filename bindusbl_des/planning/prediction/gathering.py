@@ -22,7 +22,7 @@ from ...protocol.slots import Slots
 from ...scenario import families
 from ...scenario.scenario import Scenario
 from ...setup import Setup
-from ...usbl.variances import variances
+from ...usbl.measuring import variances
 from .inputs import (
     AccessPlan,
     Chances,

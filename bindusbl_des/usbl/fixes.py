@@ -1,4 +1,6 @@
-"""Fixes by instruments with systematic errors: one vessel's, and those of all that heard a ping.
+"""Fixes: what one array makes of a ping, and those of all that heard it, made one.
+
+Without errors that last each measurement errs by itself (:func:`measured`).  With systematic errors
 
     fix = place + J c + noise
 
@@ -6,9 +8,16 @@ c are the heading misalignment of each ASV, the slow error of its GNSS position 
 share by which sound is taken for too fast, and how late the AUV's clock is.  What an ASV has by
 itself is one more error of its measurement; sound speed and clock are those of all that hear a ping
 at once, so that they are fused as unknowns beside the place (best linear unbiased estimate).
+
+An AUV that measures an ASV's ping with its own array finds where it is itself (inverted USBL).
+Everything is that of :mod:`.measuring` seen from the other end: the array and the AHRS are the
+AUV's, the source is the ASV.  Synchronised clocks make the travel time a range.  With the source as
+the origin a fix is the mirror image of a fix of the source, and so is its covariance.  Source:
+Rypkema, Fischell and Schmidt, "One-way travel-time inverted ultra-short baseline localization for
+low-cost autonomous underwater vehicles", ICRA 2017.
 """
 
-from math import nan, sqrt
+from math import hypot, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -16,10 +25,10 @@ import numpy as np
 from ..core.arrays import Floats
 from ..core.compiled import compiled
 from ..records.events import HEARD
-from ..records.rows import Row
+from ..records.rows import NONE, Row
 from ..vehicles.motion import Motion
-from .array import Vector, dot, plus
-from .fusion import fuse_shared
+from .array import NOTHING, Vector, dot, negative, plus
+from .fusion import fuse_pair, fuse_shared
 from .instrument import Usbl
 from .measuring import NOISE_WIDTH, Instrument, Sighting, offset_of, path_sd, placed, slow_path_sd
 from .sights import note_call, note_sight, unknown_sights
@@ -51,7 +60,58 @@ from .systematic_effects import (
     spread_out,
     states_place,
 )
-from .two_way import Heard, by_itself, first_to_locate, is_called, sighting, way_to_caller
+from .two_way import (
+    Heard,
+    View,
+    by_itself,
+    first_to_locate,
+    is_called,
+    measure,
+    sighting,
+    two_way,
+    way_to_caller,
+)
+
+
+@compiled
+def measured(
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats
+) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
+
+    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
+    its course, m2).
+    """
+    if is_called(heard.ping):
+        return two_way(heard, asvs, instrument, strayed[heard.ping.auv])
+    estimate, covariance, first = heard.noise[0], heard.noise, True  # until somebody has heard it
+    for row in range(len(heard.receptions)):
+        reception, noise = heard.receptions[row], heard.noise[row]
+        if reception.outcome != HEARD:
+            continue
+        seen = sighting(heard, row, asvs, instrument, None)
+        fix, spread = placed(
+            seen, seen.path, path_sd(seen.path, instrument.levels), noise, instrument
+        )
+        note_sight(reception, fix, seen, seen.path, spread, instrument)
+        if first:
+            estimate, covariance, first = fix, spread, False
+        else:
+            estimate, covariance = fuse_pair(estimate, covariance, fix, spread)
+    return estimate, covariance
+
+
+@compiled
+def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
+    """Write what has been measured of a ping to the row of its fix."""
+    row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
+    row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
+    row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
+    row.sd_z_m = sqrt(max(covariance[2, 2], 0.0))
+    row.cov_xy_m2, row.cov_xz_m2 = covariance[0, 1], covariance[0, 2]
+    row.cov_yz_m2 = covariance[1, 2]
+    row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)
+
 
 # Numbers of a row of noise, after those of NOISE_WIDTH and of the loss, that make an outlier
 OUTLIER_WIDTH = 3
@@ -326,3 +386,84 @@ def _doubt(squares: float, freedom: float, levels: Row) -> float:
     share = 2.0 / (9.0 * freedom)
     limit = freedom * (1.0 - share + CONTRADICTION * sqrt(share)) ** 3
     return squares / freedom if squares > limit else 1.0
+
+
+class HeardBeacon(NamedTuple):
+    """A ping and its reception at an AUV: where that is as it arrives (3,), m, and heads (rad), and
+    the noise of the measurement, standard normal numbers (NOISE_WIDTH or more).
+
+    The three of GNSS make the error of what the AUV takes the ASV's place for.
+    """
+
+    ping: Row
+    reception: Row
+    place: Vector
+    yaw: float
+    noise: Floats
+
+
+@compiled
+def located_itself(own: HeardBeacon, instrument: Instrument) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, of an AUV where a ping has reached it, and its covariance (3, 3), m2.
+
+    It is the ASV's place less the offset measured.
+    """
+    seen, levels = _sighting(own, instrument, None), instrument.levels
+    image, covariance = placed(seen, seen.path, path_sd(seen.path, levels), own.noise, instrument)
+    note_sight(own.reception, -image, _mirrored(seen), seen.path, covariance, instrument)
+    return -image, covariance
+
+
+@compiled
+def located_astray(
+    own: HeardBeacon, instrument: Instrument, systematic: Systematic
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes
+    (3, 4 k + 2), and what is left, as of :func:`.fixes.measured_astray`: the array is
+    turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
+    """
+    reception, count = own.reception, systematic.variances.size
+    sds = deviations(reception.arrived_at_s, systematic.levels)
+    seen = _sighting(own, instrument, systematic)
+    # a clock that is late takes the way for shorter than it was
+    image = by_range(seen, 0.0, -1.0, sds[CLOCK], own.noise, instrument)
+    covariance, effects, bends = image.covariance[:3, :3].copy(), image.effects, -image.bends
+    for k in range(EFFECTS):  # of the mirror image, whose AUV moves the other way
+        if k < GNSS or k >= SOUND_SPEED:
+            for i in range(3):
+                effects[i, k] = -effects[i, k]
+    add_own(covariance, effects, bends, sds)
+    for k in (SOUND_SPEED, CLOCK):
+        add(covariance, effects[:, k], sds[k] ** 2)
+    fix = -image.fix
+    jump(fix, own.noise, systematic.levels)
+    columns = np.zeros((4, 4 * count + 2))
+    whose = Whose(0, reception.asv, NONE, reception.arrived_at_s)
+    write_columns(columns, effects, image.changes, bends, whose, systematic)
+    jacobians = columns[:3]
+    each = np.concatenate((jacobians[:, 3 * count : 4 * count], jacobians[:, :count]), axis=1)
+    left = noise_of(covariance, each, systematic.variances)
+    note_sight(reception, fix, _mirrored(seen), seen.path, left, instrument)
+    return fix, covariance, jacobians, level_part(left)
+
+
+@compiled
+def _sighting(own: HeardBeacon, instrument: Instrument, errors: Systematic | None) -> Sighting:
+    """Return what an AUV measures of an ASV, as the image of it where the ASV is the origin."""
+    ping, reception = own.ping, own.reception
+    beneath, above = negative(own.place), negative((ping.x_m, ping.y_m, ping.z_m))
+    took, off = reception.travel_time_s, NOTHING
+    if errors is not None:
+        late, later = errors.clocks[reception.auv]
+        took = took - late - later * reception.arrived_at_s
+        off = negative(astray(reception.asv, ping.sent_at_s, errors))
+    view = View(beneath, above, own.yaw, took, beneath[2] - above[2], off)
+    return measure(view, reception, reception.auv, own.noise, instrument, errors)
+
+
+@compiled
+def _mirrored(seen: Sighting) -> Sighting:
+    """Return a sighting as seen from the other end."""
+    return Sighting(
+        seen.vessel, negative(seen.unit), -seen.believed, seen.path, seen.snr_db, seen.below
+    )
