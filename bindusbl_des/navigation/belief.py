@@ -154,16 +154,12 @@ def expected(belief: Belief, growth: Growth) -> ExpectedDrift:
 
 
 @compiled
-def carry(belief: Belief, dr: DeadReckoned, growth: Growth) -> None:
-    """Carry a belief, in its place, to another instant; to an earlier one it gets no surer."""
-    way = carry_state(belief, dr, growth)
-    move(belief.covariance, way, growth)
-    grow(belief.covariance, way, growth)
+def carry(belief: Belief, dr: DeadReckoned, growth: Growth, at: int = 0) -> ReckonedPath:
+    """Carry a belief, in its place, to another instant; to an earlier one it gets no surer.
 
-
-@inlined
-def carry_state(belief: Belief, dr: DeadReckoned, growth: Growth) -> ReckonedPath:
-    """Carry a belief but for its covariance; return what has summed up on the way there."""
+    Its covariance may be of several AUVs, its states are those from number `at` on.  Return what
+    has summed up on the way there.
+    """
     drift = expected(belief, growth)
     way = way_since(drift, dr, growth.in_body)
     moment, state = belief.moment[0], belief.state
@@ -172,6 +168,8 @@ def carry_state(belief: Belief, dr: DeadReckoned, growth: Growth) -> ReckonedPat
     moment.x_m, moment.y_m = dr.x, dr.y
     for j in range(growth.time_constants.size):
         state[STATES + j] *= kept(way.passed, growth.time_constants[j])
+    move(belief.covariance, way, growth, at)
+    grow(belief.covariance, way, growth, at)
     return way
 
 

@@ -20,7 +20,6 @@ from .belief import (
     Growth,
     between,
     carry,
-    carry_state,
     copies,
     expected,
     grow,
@@ -257,9 +256,7 @@ def carry_team(packed: int, team: TeamBelief, time: float, alike: Growth) -> Non
         for a in range(team.members.size):
             at, dr = a * size, reckoned(team.members[a], stop, by.reckoning)
             own = Belief(belief.moment[a : a + 1], belief.state[at : at + size], spread)
-            way = carry_state(own, dr, by.growth)
-            move(spread, way, by.growth, at)
-            grow(spread, way, by.growth, at)
+            way = carry(own, dr, by.growth, at)
             if a == 0:
                 grow(noise, way, alike)
             if shared.size > 0:
@@ -318,19 +315,6 @@ def _turn(
     """Turn what is believed at the instant of a fix, the covariance `spread` of all states, with
     the place: its error (m), which begins `at` a state, `was` another than it is `now`.
     """
-    angle, x, y, whose = _turning(fix, dr, was, now, packed)
-    turn_about(spread, angle, at)
-    if whose > 0:
-        turn_with(spread, at + whose, x, y, at)
-
-
-@compiled
-def _turning(
-    fix: Row, dr: DeadReckoned, was: tuple[float, float], now: tuple[float, float], packed: int
-) -> tuple[float, float, float, int]:
-    """Return how what is believed turns with the place: by which angle (rad), how far (m) along x
-    and y the place moves beside that, and with which state; 0: none.
-    """
     by = unpacked(packed, Known)
     growth, angle, whose = by.growth, 0.0, by.growth.aligned
     x, y = was[0] - now[0], was[1] - now[1]
@@ -343,7 +327,9 @@ def _turning(
         x, y = x + angle * aside, y - angle * ahead
         if whose == 0 and growth.misaligned > 0:
             whose = growth.misaligned + reception.asv
-    return angle, x, y, whose
+    turn_about(spread, angle, at)
+    if whose > 0:
+        turn_with(spread, at + whose, x, y, at)
 
 
 @compiled

@@ -170,16 +170,6 @@ class Rule(NamedTuple):
 
 
 @compiled
-def project(spread: Floats, gain: Floats, slopes: Floats) -> None:
-    """Have (1 - K H) P (1 - K H)^T in the place of P (k, k), of a gain K^T (m, k) and slopes H
-    (m, k).
-    """
-    seen = np.empty(slopes.shape)
-    _less(spread, gain, slopes, seen)
-    _less(spread.T, gain, slopes, seen)
-
-
-@compiled
 def _less(spread: Floats, gain: Floats, slopes: Floats, seen: Floats) -> None:
     """Have (1 - K H) P in the place of P, by room for H P."""
     write_seen(seen, slopes, spread)
@@ -208,8 +198,9 @@ def joseph(spread: Floats, gain: Floats, slopes: Floats, noise: Noise) -> None:
     (1 or 2, k) and a noise R, which is right for any gain.  Source: Y. Bar-Shalom, X. R. Li, T.
     Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
     """
-    (xx, yy, xy), is_pair = noise, len(gain) > 1
-    project(spread, gain, slopes)
+    (xx, yy, xy), is_pair, seen = noise, len(gain) > 1, np.empty(slopes.shape)
+    _less(spread, gain, slopes, seen)
+    _less(spread.T, gain, slopes, seen)
     for i in range(len(spread)):
         over, beside = gain[0, i] * xx, 0.0
         if is_pair:

@@ -17,7 +17,7 @@ from ..core.compiled import compiled, inlined
 from ..vehicles.reckoning import DeadReckoned, way_since
 from .belief import STATES, Belief, Growth, carry, expected
 from .dead_reckoning import Odometry, dr_at
-from .fix_update import joseph, project, write_seen
+from .fix_update import joseph, write_seen
 
 
 class Sights(NamedTuple):
@@ -182,7 +182,7 @@ def _unsee(
     weighed = 0.0
     for i in range(row.size):
         weighed += gain[0, i] * later[i]
-    project(sure, row, gain)
+    joseph(sure, row, gain, (0.0, 0.0, 0.0))
     for i in range(row.size):
         later[i] -= row[0, i] * (weighed + off / total)
         for j in range(row.size):

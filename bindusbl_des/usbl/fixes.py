@@ -17,7 +17,7 @@ Rypkema, Fischell and Schmidt, "One-way travel-time inverted ultra-short baselin
 low-cost autonomous underwater vehicles", ICRA 2017.
 """
 
-from math import hypot, nan, sqrt
+from math import hypot, isnan, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ from ..vehicles.motion import Motion
 from .array import NOTHING, Vector, dot, negative, plus
 from .fusion import fuse_pair, fuse_shared
 from .instrument import Usbl
-from .measuring import NOISE_WIDTH, Instrument, Sighting, offset_of, path_sd, placed, slow_path_sd
+from .measuring import NOISE_WIDTH, Instrument, Sighting, offset_of, path_sd, placed
 from .sights import note_call, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
@@ -65,7 +65,6 @@ from .two_way import (
     View,
     by_itself,
     first_to_locate,
-    is_called,
     measure,
     sighting,
     two_way,
@@ -82,7 +81,7 @@ def measured(
     `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
     its course, m2).
     """
-    if is_called(heard.ping):
+    if not isnan(heard.ping.call_time_s):
         return two_way(heard, asvs, instrument, strayed[heard.ping.auv])
     estimate, covariance, first = heard.noise[0], heard.noise, True  # until somebody has heard it
     for row in range(len(heard.receptions)):
@@ -169,7 +168,7 @@ def by_range(
     add_unknown_turn(spread, ahead, clock_m, seen, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, sign * speed
-    farther[SLOW_RANGE] = slow_path_sd(seen.path, levels)
+    farther[SLOW_RANGE] = path_sd(seen.path, levels, True)
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
     effects[3] = 0.0  # the length of the call's way is given
     return AsvFix(
@@ -216,7 +215,7 @@ def _by_whole_way(
             farther[CALLER + axis] = own.share * own.bearing[axis]
     farther[SOUND_SPEED] += own.share * seen.path
     limit(farther, sds, baseline, seen.path)
-    slow_sd = slow_path_sd(seen.path, instrument.levels)  # limited as `two_way.dated` does
+    slow_sd = path_sd(seen.path, instrument.levels, True)  # limited as `two_way.dated` does
     farther[SLOW_RANGE] = min(own.share * slow_sd, sqrt(slow_sd**2 + dot(baseline, baseline) / 6))
     lengthen(effects, seen.unit, farther, kept(ahead, own.reach))
     effects[3, SOUND_SPEED] -= seen.path
@@ -234,7 +233,7 @@ def _by_whole_way(
 @compiled
 def _clock_at(ping: Row) -> float:
     """Return when (s) the AUV's clock told it to ping; NaN if a call did."""
-    return nan if is_called(ping) else float(ping.sent_at_s)
+    return float(ping.sent_at_s) if isnan(ping.call_time_s) else nan
 
 
 # What is fused: a place, the error of the call's way (m), sound speed and clock per sd
@@ -261,7 +260,7 @@ def measured_astray(
     x and y (m) from where the AUV has answered back to where it has heard the call.
     """
     first, sds = first_to_locate(heard), deviations(_clock_at(heard.ping), systematic.levels)
-    if is_called(heard.ping):
+    if not isnan(heard.ping.call_time_s):
         begun = _by_whole_way(heard, first, asvs, instrument, strayed, sds, systematic)
     else:
         begun = by_other(heard, first, 0.0, asvs, instrument, sds, systematic)
@@ -307,7 +306,7 @@ def measured_astray(
         note_sight(reception, begun.fix, begun.seen, begun.reach, left, instrument)
     elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
         unknown_sights(heard.receptions)  # they err together
-        if is_called(heard.ping):
+        if not isnan(heard.ping.call_time_s):
             note_call(heard.receptions, heard.ping)
     move(jacobians, state)
     out[:, : 4 * count] = jacobians[:3, : 4 * count]

@@ -255,22 +255,13 @@ def stated_aside(east: Vector, down: Vector, sds: tuple[float, float], noise: Ve
 
 
 @compiled
-def path_sd(path: float, levels: Row) -> float:
-    """Return the noise (m) of the length of a path (m): one way, or a call's and its answer's; of
-    what is known to change slowly without that.
+def path_sd(path: float, levels: Row, slow: bool = False) -> float:
+    """Return the noise (m) of the length of a path (m), one way, or a call's and its answer's,
+    without what is known to be slow; or that part, if it is `slow` that is asked for.
     """
-    return math.sqrt(1.0 - levels.slow_share) * _whole_path_sd(path, levels)
-
-
-@compiled
-def slow_path_sd(path: float, levels: Row) -> float:
-    """Return the standard deviation (m) of what is known to be slow in the length of a path (m)."""
-    return math.sqrt(levels.slow_share) * _whole_path_sd(path, levels)
-
-
-@compiled
-def _whole_path_sd(path: float, levels: Row) -> float:
-    return hypot(levels.sound_speed_m_per_s * levels.travel_time_sd_s, levels.path_share * path)
+    share = levels.slow_share if slow else 1.0 - levels.slow_share
+    whole = hypot(levels.sound_speed_m_per_s * levels.travel_time_sd_s, levels.path_share * path)
+    return math.sqrt(share) * whole
 
 
 @compiled
@@ -386,28 +377,22 @@ def sighted(
     attitude_sd, (ahead, aside, below) = instrument.levels.attitude_sd_rad, minus(source, vessel)
     cy, sy = math.cos(yaw), math.sin(yaw)  # arrays hang level, whatever the AHRS says
     seen = cy * ahead + sy * aside, cy * aside - sy * ahead, below
-    within = _made_out(seen, snr_db, noise, instrument)
+    levels = instrument.levels
+    if levels.has_sheet:
+        within = stated_direction(seen, angle_sds(snr_db, levels), noise)
+    else:
+        differences = arrival_differences(
+            instrument.array, seen, levels.true_sound_speed_m_per_s, noise,
+            timed_sd(levels.element_sd_s, snr_db, levels),
+        )  # fmt: skip
+        speed = levels.sound_speed_m_per_s
+        within = direction(instrument.array, differences, speed, instrument.metric)
     believed = rotation(
         attitude_sd[0] * noise[ATTITUDE_NOISE],
         attitude_sd[1] * noise[ATTITUDE_NOISE + 1],
         yaw + attitude_sd[2] * noise[HEADING_NOISE],
     )
     return turned(believed, within), believed
-
-
-@compiled
-def _made_out(seen: Vector, snr_db: float, noise: Floats, instrument: Instrument) -> Vector:
-    """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
-    frame.
-    """
-    levels = instrument.levels
-    if levels.has_sheet:
-        return stated_direction(seen, angle_sds(snr_db, levels), noise)
-    differences = arrival_differences(
-        instrument.array, seen, levels.true_sound_speed_m_per_s, noise,
-        timed_sd(levels.element_sd_s, snr_db, levels),
-    )  # fmt: skip
-    return direction(instrument.array, differences, levels.sound_speed_m_per_s, instrument.metric)
 
 
 @compiled

@@ -224,12 +224,6 @@ def first_to_locate(heard: Heard) -> int:
 
 
 @compiled
-def is_called(ping: Row) -> bool:
-    """Tell whether a ping answers a call."""
-    return not isnan(ping.call_time_s)
-
-
-@compiled
 def sighting(
     heard: Heard, row: int, asvs: Motion, instrument: Instrument, errors: Systematic | None
 ) -> Sighting:
@@ -238,15 +232,23 @@ def sighting(
     """
     ping, reception = heard.ping, heard.receptions[row]
     x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
-    vessel, under_way, off = (x, y, z), travelled(reception), NOTHING
-    if is_called(ping):
+    vessel, under_way, off = (x, y, z), reception.travel_time_s, NOTHING
+    source = ping.x_m, ping.y_m, ping.z_m
+    if not isnan(reception.lowered):  # it seems to be later, and higher or lower: echoes blend in
+        under_way += reception.late_s
+        ahead, aside, below = minus(source, vessel)
+        reach = max(hypot(hypot(ahead, aside), below), SHORTEST_RANGE)
+        sine = min(max(below / reach + reception.lowered, -1.0), 1.0)
+        level = reach * sqrt(1.0 - sine * sine) / max(hypot(ahead, aside), SHORTEST_RANGE)
+        source = plus(vessel, (level * ahead, level * aside, reach * sine))
+    if not isnan(ping.call_time_s):
         under_way = ping.call_time_s + under_way
     elif errors is not None:
         late, later = errors.clocks[ping.auv]
         under_way = under_way + late + later * ping.sent_at_s
     if errors is not None:
         off = astray(reception.asv, reception.arrived_at_s, errors)
-    view = View(seeming(ping, vessel, reception), vessel, yaw, under_way, ping.z_m - z, off)
+    view = View(source, vessel, yaw, under_way, ping.z_m - z, off)
     return measure(view, reception, reception.asv, heard.noise[row], instrument, errors)
 
 
@@ -281,31 +283,6 @@ def measure(
         place = plus(place, view.off)
     note_direction(reception, unit, believed)
     return Sighting(place, unit, believed, path, snr_db, view.below)
-
-
-@compiled
-def travelled(reception: Row) -> float:
-    """Return how long (s) a ping seems to have been under way: rays bend, echoes blend into it."""
-    return float(
-        reception.travel_time_s
-        if isnan(reception.lowered)
-        else reception.travel_time_s + reception.late_s
-    )
-
-
-@compiled
-def seeming(ping: Row, vessel: Vector, reception: Row) -> Vector:
-    """Return where a ping seems to have been sent (3,), m, as seen from a vessel (3,), m: higher or
-    lower where echoes blend into it.
-    """
-    source = ping.x_m, ping.y_m, ping.z_m
-    if not isnan(reception.lowered):
-        x, y, z = minus(source, vessel)
-        reach = max(hypot(hypot(x, y), z), SHORTEST_RANGE)
-        sine = min(max(z / reach + reception.lowered, -1.0), 1.0)
-        outward = reach * sqrt(1.0 - sine * sine) / max(hypot(x, y), SHORTEST_RANGE)
-        source = plus(vessel, (outward * x, outward * y, reach * sine))
-    return source
 
 
 @compiled
