@@ -51,7 +51,8 @@ def assumed(setup: Sensors) -> tuple[Belief, Growth]:
         wandering=_wandering(setup),
         common=_common(setup),
     )
-    if _has_arrays(setup):
+    # arrays, which are the first in common, may be turned by what is estimated
+    if any(kind.name == "misalignment" for kind in setup.estimated_errors):
         arrays = len(first.state) - len(_common(setup).sds)
         growth = growth._replace(
             aligned=arrays if asvs_ping else 0, misaligned=0 if asvs_ping else arrays
@@ -202,11 +203,6 @@ def _common(setup: Sensors) -> Further:
     sds = [sd for kind in kinds for sd in kind.sds * kind.times]
     lasts = [kind.time_constant_s for kind in kinds for _ in range(len(kind.sds) * kind.times)]
     return Further(tuple(sds), tuple(lasts))
-
-
-def _has_arrays(setup: Sensors) -> bool:
-    """Tell whether arrays, which are the first in common, may be turned by what is estimated."""
-    return any(kind.name == "misalignment" for kind in setup.estimated_errors)
 
 
 def _current(navigation: Navigation, water: Environment) -> float:
