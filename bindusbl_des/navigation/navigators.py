@@ -21,7 +21,7 @@ from ..core.plugins import PluginError, asked, shown
 from ..records.events import HEARD
 from ..records.rows import FIX, NONE, RECEPTION, EventBuffer, Jacobians, Row, Rows, in_words
 from ..scenario.families import NAVIGATOR
-from ..vehicles.reckoning import ExpectedDrift, expected_error, way_since
+from ..vehicles.reckoning import expected_error, way_since
 from .belief import (
     Belief,
     Beliefs,
@@ -39,7 +39,6 @@ from .belief import (
 from .correcting import (
     FilterHistory,
     Known,
-    Scratch,
     correct,
     expand,
     expand_rates,
@@ -100,7 +99,9 @@ def believed(
     """
     known = unpacked(packed, Known)
     growth, beliefs, since = known.growth, known.held.beliefs, known.held.since
-    belief, odometry, n = known.scratch.belief, Odometry(times, position, headings), 0
+    belief, ahead, n = known.scratch.belief, known.scratch.ahead, 0
+    odometry = Odometry(times, position, headings)
+    is_plain = growth.stretched == growth.wandering == growth.aligned == 0
     for k in range(own.size):
         until = since[own[k + 1]] if k + 1 < own.size else inf
         if n < times.size and times[n] < until:
@@ -110,41 +111,21 @@ def believed(
             end = n
             while end < times.size and times[end] < until and times[end] <= stop:
                 end += 1
-            if sure:
-                _spread(out, odometry, n, end, known.scratch, growth)
-            else:
-                _places(out, odometry, n, end, expected(belief, growth), growth.in_body)
+            drift = expected(belief, growth)
+            for i in range(n, end):
+                dr = dr_at(odometry, i)
+                way = way_since(drift, dr, growth.in_body)
+                if not sure:
+                    x, y = expected_error(drift, way)
+                    out[i, 0], out[i, 1] = dr.x - x, dr.y - y
+                elif is_plain:
+                    out[i, 0], out[i, 1], out[i, 2] = error_spread(belief.covariance, way, growth)
+                else:
+                    write(belief, ahead)
+                    carry(ahead, dr, growth)
+                    spread = on_circle(ahead.covariance, growth.aligned)
+                    out[i, 0], out[i, 1], out[i, 2] = spread
             n = end
-
-
-@compiled
-def _places(
-    out: Floats, odometry: Odometry, begin: int, end: int, drift: ExpectedDrift, in_body: bool
-) -> None:
-    """Write where dead reckoning less the drift expected of it is, of some instants."""
-    for n in range(begin, end):
-        dr = dr_at(odometry, n)
-        x, y = expected_error(drift, way_since(drift, dr, in_body))
-        out[n, 0], out[n, 1] = dr.x - x, dr.y - y
-
-
-@compiled
-def _spread(
-    out: Floats, odometry: Odometry, begin: int, end: int, scratch: Scratch, growth: Growth
-) -> None:
-    """Write what the covariance of the belief on a desk has become at some instants."""
-    belief, spread = scratch.belief, scratch.ahead.covariance
-    drift, is_plain = expected(belief, growth), growth.stretched == growth.wandering == 0
-    is_plain &= growth.aligned == 0
-    for n in range(begin, end):
-        dr = dr_at(odometry, n)
-        if is_plain:
-            way = way_since(drift, dr, growth.in_body)
-            out[n, 0], out[n, 1], out[n, 2] = error_spread(belief.covariance, way, growth)
-        else:
-            write(scratch.belief, scratch.ahead)
-            carry(scratch.ahead, dr, growth)
-            out[n, 0], out[n, 1], out[n, 2] = on_circle(spread, growth.aligned)
 
 
 # Fixes of which each errs by itself

@@ -150,7 +150,19 @@ def _pseudo_inverse(matrix: Vector) -> Vector:
                 slope = (values[q, q] - values[p, p]) / (2.0 * beside)
                 tangent = copysign(1.0, slope) / (abs(slope) + sqrt(1.0 + slope * slope))
                 cosine = 1.0 / sqrt(1.0 + tangent * tangent)
-                _rotate(values, vectors, p, q, cosine, tangent * cosine)
+                sine = tangent * cosine
+                for k in range(size):
+                    first, second = values[k, p], values[k, q]
+                    values[k, p] = cosine * first - sine * second
+                    values[k, q] = sine * first + cosine * second
+                for k in range(size):
+                    first, second = values[p, k], values[q, k]
+                    values[p, k] = cosine * first - sine * second
+                    values[q, k] = sine * first + cosine * second
+                    first, second = vectors[k, p], vectors[k, q]
+                    vectors[k, p] = cosine * first - sine * second
+                    vectors[k, q] = sine * first + cosine * second
+                values[p, q] = values[q, p] = 0.0
         if not turned:
             break
     largest = 0.0
@@ -163,18 +175,3 @@ def _pseudo_inverse(matrix: Vector) -> Vector:
                 for j in range(size):
                     inverse[i, j] += vectors[i, k] * vectors[j, k] / values[k, k]
     return inverse
-
-
-@compiled
-def _rotate(values: Vector, vectors: Vector, p: int, q: int, cosine: float, sine: float) -> None:
-    """Rotate axes p and q so that `values` [p, q] vanishes."""
-    for k in range(len(values)):
-        first, second = values[k, p], values[k, q]
-        values[k, p], values[k, q] = cosine * first - sine * second, sine * first + cosine * second
-    for k in range(len(values)):
-        first, second = values[p, k], values[q, k]
-        values[p, k], values[q, k] = cosine * first - sine * second, sine * first + cosine * second
-        first, second = vectors[k, p], vectors[k, q]
-        vectors[k, p] = cosine * first - sine * second
-        vectors[k, q] = sine * first + cosine * second
-    values[p, q] = values[q, p] = 0.0

@@ -99,25 +99,17 @@ def note_sight(
     row.level_rad2 -= row.turn_rad2 * (unit[0] ** 2 + unit[1] ** 2)
     row.range_m2 = max(dot(turned(noise, unit), unit) - own - second, 0.0)
     row.from_m2 = own
-    ahead = scaled(_of_round_wave(unit, believed, reach, instrument), reach)
-    row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = ahead
-
-
-@compiled
-def _of_round_wave(unit: Vector, believed: Floats, reach: float, instrument: Instrument) -> Vector:
-    """Return the direction (3,) of a source at a range (m) that an array has made out at `unit`.
-
-    An array fits a plane wave to a spherical one: what it would make of a source there is as far
-    from `unit` as that is from the truth, to first order in the size of the array over the range.
-    """
-    if instrument.levels.has_sheet:
-        return unit
-    array, speed = instrument.array, instrument.levels.sound_speed_m_per_s
-    within, unused = turned_back(believed, unit), array.reshape(-1)  # as noise of 0 s
-    plane = arrival_differences(array, scaled(within, reach), speed, unused, 0.0)
-    made_out = direction(array, plane, speed, instrument.metric)
-    within = minus(scaled(within, 2.0), made_out)
-    return turned(believed, divided(within, length(within)))
+    towards = unit
+    if not levels.has_sheet:
+        # An array fits a plane wave to a spherical one: what it would make of a source there is as
+        # far from `unit` as that is from the truth, to first order in the array's size over range
+        array, speed = instrument.array, levels.sound_speed_m_per_s
+        within, unused = turned_back(believed, unit), array.reshape(-1)  # as noise of 0 s
+        plane = arrival_differences(array, scaled(within, reach), speed, unused, 0.0)
+        made_out = direction(array, plane, speed, instrument.metric)
+        within = minus(scaled(within, 2.0), made_out)
+        towards = turned(believed, divided(within, length(within)))
+    row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = scaled(towards, reach)
 
 
 @compiled
