@@ -51,7 +51,7 @@ HOMES = {
     "yaml": "core.plain_yaml",
     "click": "cli commands",
     "numba": "core.compiled core.packed",
-    "pydantic": "scenario campaigns results",
+    "pydantic": "scenario campaigns results acoustics.sound_settings",  # settings
     "pydantic_core": "scenario",
     "matplotlib": "figures recorded",
     "pandas": "results campaigns benchmark",

@@ -38,7 +38,7 @@ MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection"}
 HOMES = (
     *("scenario/families.py", "commands/starters.py"),
     *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
-    *("protocol/broadcasters.py", "acoustics/named_channels.py", "presets/", "protocol/anchors/"),
+    *("protocol/broadcasters.py", "acoustics/sonar.py", "presets/", "protocol/anchors/"),
     *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/site.py"),
     "vehicles/hulls/",
     "benchmark/",  # methods that enter by their names

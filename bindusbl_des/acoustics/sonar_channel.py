@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..core.arrays import Floats
-from ..scenario.channel_settings import PingSonar, Sonar, Sound
 from .channel import SELDOM, Prospects, Receiver, Signals
 from .propagation import PROSPECT
 from .sonar_equation import REFERENCE_M, LinkBudget, SoundMessage, chance_decoded, threshold_db
+from .sound_settings import PingSonar, Sonar, Sound
 
 Complex = NDArray[np.complex128]
 

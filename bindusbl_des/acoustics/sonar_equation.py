@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from ..core.arrays import Floats
 from ..core.wording import refuse
-from ..scenario.channel_settings import Sonar, Sound
 from ..sea.water import USUAL_WATER, Water, absorption, absorption_ainslie_mccolm, absorption_thorp
+from .sound_settings import Sonar, Sound
 
 
 def ambient_noise_db(
@@ -248,7 +248,7 @@ def threshold_db(sonar: Sound, budget: LinkBudget, band_range_m: float) -> float
 
     Where it is not given, that at the band's range: a disc of that radius with a soft edge.
 
-    >>> from ..scenario.channel_settings import Sonar
+    >>> from .sound_settings import Sonar
     >>> round(threshold_db(Sonar(), link_budget(Sonar()), 50.0), 6)
     67.221835
     """
@@ -304,7 +304,7 @@ def timing_sd_s(
     sqrt(fc^2 + B^2/12) with the `carrier`; SNR in dB.
     Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part III.
 
-    >>> from ..scenario.channel_settings import Sonar
+    >>> from .sound_settings import Sonar
     >>> [f"{float(timing_sd_s(Sonar(), 0.0, 0.01, carrier)):.4g}" for carrier in (False, True)]
     ['3.898e-06', '4.472e-07']
     """

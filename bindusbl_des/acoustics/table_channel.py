@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 from ..core.arrays import Floats
 from ..core.facts import cached_property
 from ..core.files import draft_of
-from ..scenario.channel_settings import Table
 from ..scenario.site import Site
 from ..sea.water_column import Profile
 from .channel import Prospects, Receiver, Signals
 from .ray_tables import SoundTable, TableAxes, read_table, slant_range_m, straight_time_s
 from .sonar_channel import Listener, listener, reach_m
 from .sonar_equation import LinkBudget, SoundMessage, link_budget
+from .sound_settings import Table
 
 MISSING = "tables of sound are traced by pelagic (GPL): pip install 'bindusbl-des[bellhop]'"
 

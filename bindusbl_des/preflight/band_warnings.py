@@ -10,7 +10,7 @@ from typing import Any
 from ..core.mistakes import Problem
 from ..core.wording import plain
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import read_measured
+from ..scenario.measured import read_measured
 from ..scenario.scenario import Scenario
 from ..setup import Setup
 from .whereabouts import shapes

@@ -14,8 +14,8 @@ from typing import Any
 from ..core.mistakes import Mistake, Problem, ScenarioWarning
 from ..core.plugins import is_plugin, refusal
 from ..presets.modems import airtime_table
-from ..scenario.channel_settings import read_measured
 from ..scenario.files.scenario_file import Source
+from ..scenario.measured import read_measured
 from ..scenario.own_sensors import MOST_TOLD
 from ..scenario.scenario import Scenario
 from ..setup import Setup

@@ -7,7 +7,7 @@ settings (a pydantic model), what it declares (its traits), its code and its wor
         slots: Whole = key(4, "1", "ping groups of a round, at most", ge=1, le=9_999)
 
     @ScheduleTraits(settings=WorstFirst, groups="first_fit", chooses=True, ...)
-    def worst_first(view: View, *, settings: WorstFirst = WorstFirst()) -> Groups:
+    def worst_first(view: View, *, settings: WorstFirst) -> Groups:
         ...
 
 *The list.*  A family is a key of the scenario at which a part is named.  Its parts are one line
@@ -155,29 +155,6 @@ class AccessTraits(Traits):
     on_asvs: bool = True
 
 
-class Lossy(Settings):
-    """What every channel has, a user-defined one as well: how long losses last, which speed it
-    bears.
-    """
-
-    burst_s: Real | None = key(
-        None,
-        "s",
-        "how long signals between a pair of vehicles are lost once they are, on average, the "
-        "share lost being the channel's; null = each is lost by itself",
-        gt=0,
-        le=1e5,
-    )
-    doppler_limit_m_per_s: Real | None = key(
-        None,
-        "m/s",
-        "how fast the way between two vehicles may change, either way, for a signal to be decoded; "
-        "null = as the band's modem states, else any",
-        gt=0,
-        le=100,
-    )
-
-
 class AnswerSettings(Protocol):
     """What is asked of a downlink that answers pings: what an answer is, and when it sets out."""
 
@@ -262,6 +239,29 @@ class InstrumentTraits(Traits):
 
     times_arrivals: bool = False
     is_stated: bool = False
+
+
+class Lossy(Settings):
+    """What every channel has, a user-defined one as well: how long losses last, which speed it
+    bears.
+    """
+
+    burst_s: Real | None = key(
+        None,
+        "s",
+        "how long signals between a pair of vehicles are lost once they are, on average, the "
+        "share lost being the channel's; null = each is lost by itself",
+        gt=0,
+        le=1e5,
+    )
+    doppler_limit_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "how fast the way between two vehicles may change, either way, for a signal to be decoded; "
+        "null = as the band's modem states, else any",
+        gt=0,
+        le=100,
+    )
 
 
 @dataclass(frozen=True)
@@ -394,11 +394,11 @@ KNOWLEDGE = Family(
     is_open=False,
 )
 _CHANNELS = {
-    "disc": "scenario.channel_settings:DISC",
-    "curve": "scenario.channel_settings:CURVE",
-    "sonar": "scenario.channel_settings:SONAR",
-    "table": "scenario.channel_settings:TABLE",
-    "series": "scenario.channel_settings:SERIES",
+    "disc": "acoustics.disc:disc",
+    "curve": "acoustics.curve:curve",
+    "sonar": "acoustics.sonar:sonar",
+    "table": "acoustics.table:table",
+    "series": "acoustics.series:series",
 }
 CHANNEL = Family(
     *("acoustics.hf.channel", "channel", ("signals",)), _CHANNELS, ChannelTraits(), common=Lossy

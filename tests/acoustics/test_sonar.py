@@ -21,7 +21,7 @@ from bindusbl_des.acoustics.sonar_equation import (
     link_budget,
     timing_sd_s,
 )
-from bindusbl_des.scenario.channel_settings import Sonar
+from bindusbl_des.acoustics.sound_settings import Sonar
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CHECKS = json.loads((REFERENCE / "physics_checks.json").read_text())

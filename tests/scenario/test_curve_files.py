@@ -6,7 +6,7 @@ import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
 from bindusbl_des.presets.modems import table_file
-from bindusbl_des.scenario.channel_settings import read_curve
+from bindusbl_des.scenario.measured import read_curve
 
 HEAD = "range_m,delivery_ratio\n"
 

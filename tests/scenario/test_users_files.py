@@ -14,7 +14,7 @@ from bindusbl_des import Setup, load_scenario, simulate
 from bindusbl_des.charts.areas import read_area
 from bindusbl_des.charts.recordings import read_recording
 from bindusbl_des.presets.modems import airtime_table
-from bindusbl_des.scenario.channel_settings import read_curve
+from bindusbl_des.scenario.measured import read_curve
 from bindusbl_des.sea.water_column import read_cast
 
 CASES = Path(__file__).parents[1] / "reference" / "cases"

@@ -7,7 +7,6 @@ from importlib.util import find_spec
 
 from ...core.mistakes import Problem
 from ...presets.modems import airtime_table
-from ..channel_settings import Table
 from ..families import CHANNEL, DOWNLINK, RANGING
 from ..part_choice import PartChoice
 from ..site import Site
@@ -337,7 +336,8 @@ def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[st
     traced = declared.traces_rays and channel.settings.get("rays") is None
     if not traced and not declared.has_echoes:
         return
-    usual = Table.model_fields["bottom_m"].default if traced else None
+    tracing = CHANNEL.having(lambda traits: traits.traces_rays)[0]
+    usual = CHANNEL.settings[tracing].model_fields["bottom_m"].default if traced else None
     bottom = channel.settings.get("bottom_m", usual)
     if isinstance(bottom, int | float) and bottom <= deepest_m:
         yield (

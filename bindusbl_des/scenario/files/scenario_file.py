@@ -19,9 +19,9 @@ from ...core.plain_yaml import Document, read_text, read_yaml
 from ...core.shipped import located
 from ...core.wording import described, printable
 from ...presets.modems import airtime_table
-from ..channel_settings import read_measured
 from ..chosen_parts import load_plugins
 from ..families import ROUTE as ROUTES
+from ..measured import read_measured
 from ..scenario import Scenario, site_of
 from ..sections.placements import AsvTrack
 from ..sections.routes import Track

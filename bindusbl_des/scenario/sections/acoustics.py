@@ -15,7 +15,6 @@ from pydantic import (
 
 from ...presets.catalogue import CATALOGUE, preset
 from ...presets.modems import table_file
-from ..channel_settings import Sound
 from ..families import CHANNEL, ChannelTraits
 from ..key_types import PAPER, Part, Real, Text, Whole, key, known_preset
 from ..part_choice import SET, PartChoice
@@ -100,7 +99,8 @@ class Band(Part):
     @property
     def frequency_khz(self) -> float:
         """The centre frequency of sound whose level is known."""
-        usual = Sound.model_fields["frequency_khz"].default
+        sounding = CHANNEL.having(lambda traits: traits.has_levels)[0]
+        usual = CHANNEL.settings[sounding].model_fields["frequency_khz"].default
         return float(self.channel.settings.get("frequency_khz", usual))
 
     def longest_path_m(self, depth: float, further_m: float = 0.0) -> float:
