@@ -160,10 +160,10 @@ def own_motion(family: Family[Any], choice: PartChoice, ways: Sequence[WayView])
     Raises:
         PluginError: when the part cannot be used, or what it returns is no motion.
     """
-    part, name, tracks = own_part(family, choice), str(choice), []
+    part, tracks = own_part(family, choice), []
     for way in ways:
         vehicle = f"{'ASV' if family is ASV else 'AUV'}{way.number}"
-        answer = asked(family.key, name, part, way, when=f" for {vehicle}")
+        answer = part(way, when=f" for {vehicle}")
         found = _numbers(family, choice, answer)
         if found is None or found.ndim != 2 or found.shape[1] != 4 or len(found) < 2:
             needed = "it must be an array (n, 4), time in s, x, y and depth in m; n >= 2, finite"
@@ -202,7 +202,7 @@ def _motion_problem(way: Floats, duration: float) -> str:
 
 
 def _answer(family: Family[Any], choice: PartChoice, view: PlanView) -> Any:
-    return asked(family.key, str(choice), own_part(family, choice), view)
+    return own_part(family, choice)(view)
 
 
 def _listed(answer: Any) -> list[Any] | None:
