@@ -4,7 +4,7 @@ A hundred times as slow, and line by line: for debuggers, for tools that measure
 tests of broken lines, each of which would otherwise be compiled first.  What differs is made the
 same where Python calls an equation: numbers have 64 bits, so that a division by zero is infinite or
 no number and not an exception, and the fields of a record are read and written as attributes; so
-have the functions of `math` that equations use.  Sines and exponentials are those of the C library
+have constants, and the functions of `math` that equations use.  Sines and exponentials are those of the C library
 in both, so results are mostly the same bit for bit; none is off by more than roundings.
 """
 
@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from functools import wraps
 from threading import local
-from types import BuiltinFunctionType, SimpleNamespace
+from types import BuiltinFunctionType, CodeType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ def uncompiled(function: Any) -> Callable[..., Any]:
             scope[name] = MATH
         elif isinstance(value, BuiltinFunctionType) and value.__module__ == "math":
             scope[name] = getattr(MATH, value.__name__)
+    function.__code__ = _in_64_bits(function.__code__)
 
     @wraps(function)
     def plain(*given: Any, **named: Any) -> Any:
@@ -40,6 +41,13 @@ def uncompiled(function: Any) -> Callable[..., Any]:
             _THREAD.is_in_equation = False
 
     return plain
+
+
+def _in_64_bits(code: CodeType) -> CodeType:
+    """Return code whose constants are numbers of 64 bits: of Python's own, 0.0 / 0 raises."""
+    kinds: dict[type, Callable[[Any], Any]] = {float: np.float64, CodeType: _in_64_bits}
+    constants = (kinds.get(type(const), lambda same: same)(const) for const in code.co_consts)
+    return code.replace(co_consts=tuple(constants))
 
 
 class _Thread(local):
