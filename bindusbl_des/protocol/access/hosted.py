@@ -1,8 +1,8 @@
 """Modems on a wire: what a host says over a serial port or a socket becomes signals.
 
 A host is a program outside the simulation (or a record of what it once said); its modem is a
-program of access (`seatrac`, `evologics`).  What comes over the wire goes to :meth:`Modem.hear`, at
-an instant of the mission; what the modem says goes to its `say`.  On the air there is one exchange,
+`seatrac` or `evologics`.  Each line that comes over the wire goes to :meth:`Modem.obey`, at an
+instant of the mission; what the modem says goes to its `say`.  On the air there is one exchange,
 whatever the modem's make:
 
     tells     a message to one modem or to all; nothing comes back
@@ -23,9 +23,6 @@ from .node import HeardSignal, Node
 
 # An address that all modems have.
 ALL = 0
-
-# A line without end is cut where it is longer (bytes).
-LONGEST_LINE = 4096
 
 
 class Message(NamedTuple):
@@ -96,20 +93,14 @@ class Modem(ABC):
     def __init__(self, node: Node, senses: Senses, address: int) -> None:
         self.node, self.senses, self.address = node, senses, address
         self.say: Callable[[bytes], None] = lambda text: None
-        self._line, self._asked, self._until = b"", None, 0.0  # type: bytes, Request | None, float
+        self._asked: Request | None = None
+        self._until = 0.0  # s
 
     # The wire
 
-    def hear(self, data: bytes) -> None:
-        """Take bytes of the host, now: each line is a command."""
-        *lines, rest = (self._line + data).split(b"\n")
-        self._line = rest[-LONGEST_LINE:]
-        for text in lines:
-            self.obey(text.strip(b"\r"))
-
     @abstractmethod
     def obey(self, text: bytes) -> None:
-        """Do what a line of the host asks for; leave out what is no command."""
+        """Do what a line of the host asks for, now; leave out what is no command."""
 
     # The air
 
