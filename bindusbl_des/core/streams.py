@@ -74,6 +74,7 @@ class Purpose(IntEnum):
     COMPASS_TELEGRAM = 61
     PEER = 70
     PEER_ARRAY = 71
+    MODEM = 72
 
 
 class Streams:

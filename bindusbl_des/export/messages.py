@@ -144,6 +144,7 @@ TOPICS = {
     "auv_frames": ("sent_at_s", "auv"),
     "auv_frame_receptions": ("arrived_at_s", "listener"),
     "peer_ranges": ("heard_at_s", "auv"),
+    "modem_lines": ("time_s", "vehicle"),
     "tracks": ("time_s", "vehicle"),
 }
 # Metrics, which come at the end of the mission.

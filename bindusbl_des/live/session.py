@@ -1,7 +1,7 @@
 """A mission flown against the clock: each reading is sent when it is due.
 
 The mission runs a little ahead of the clock, which nobody can tell, since nothing that listens acts
-on it; where an outside program moves vehicles it follows the clock instead.
+on it; where an outside program moves vehicles, or speaks with modems, it follows the clock instead.
 """
 
 import math

@@ -1,5 +1,7 @@
 """Where telegrams go: datagrams, clients of a port, a pseudo-terminal, a file.
 
+What clients say is discarded, or heard where the sink is a wire (:mod:`.wire`).
+
 None of them is ever waited for.  Who is too slow, or gone, loses telegrams or its connection; a
 sink that cannot go on is said so once, and the mission goes on without it.
 """
@@ -30,6 +32,14 @@ WAITING, DISCARDED = 128, 1 << 16
 MOST_CLIENTS, KEPT_BACK, RECOVERY_S = 64, 64, 1.0
 
 Say = Callable[[str], None]
+
+# Takes the bytes that one client says; a sink asks for one of its own for each.
+Ear = Callable[[bytes], None]
+
+
+def deaf() -> Ear:
+    """Return what takes the bytes of a client that nothing listens to."""
+    return lambda data: None
 
 
 def leaves_room(descriptor: int) -> bool:
@@ -99,9 +109,15 @@ class Port:
     """Listens on a TCP port, and sends each telegram to all that are connected."""
 
     def __init__(
-        self, name: str, host: str, port: int, selector: selectors.BaseSelector, say: Say
+        self,
+        name: str,
+        host: str,
+        port: int,
+        selector: selectors.BaseSelector,
+        say: Say,
+        ears: Callable[[], Ear] = deaf,
     ) -> None:
-        self.name, self._selector, self._say = name, selector, say
+        self.name, self._selector, self._say, self._ears = name, selector, say, ears
         self._clients: dict[socket.socket, bytearray] = {}
         self._is_told, self._deaf_until = False, 0.0
         self._server = socket.create_server((host, port), backlog=WAITING)
@@ -136,20 +152,24 @@ class Port:
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._clients[client] = bytearray()
-        self._selector.register(client, selectors.EVENT_READ, lambda mask: self._serve(client))
+        ear = self._ears()
+        self._selector.register(
+            client, selectors.EVENT_READ, lambda mask: self._serve(client, ear)
+        )
 
-    def _serve(self, client: socket.socket) -> None:
-        """Discard what a client says, until it goes; send what it had no room for."""
+    def _serve(self, client: socket.socket, ear: Ear) -> None:
+        """Hear what a client says, until it goes; send what it had no room for."""
         try:
-            if not client.recv(DISCARDED):
+            if data := client.recv(DISCARDED):
+                ear(data)
+            else:
                 self._drop(client)
-                return
         except BlockingIOError:
             pass
         except OSError:
             self._drop(client)
-            return
-        self._flush(client)
+        if client in self._clients:
+            self._flush(client)
 
     def send(self, telegram: bytes) -> None:
         if self._deaf_until and monotonic() > self._deaf_until:
@@ -197,17 +217,19 @@ class Terminal:
 
     clients = 0
 
-    def __init__(self, name: str, selector: selectors.BaseSelector) -> None:
-        self.name, self._selector = name, selector
+    def __init__(
+        self, name: str, selector: selectors.BaseSelector, ears: Callable[[], Ear] = deaf
+    ) -> None:
+        self.name, self._selector, self._ear = name, selector, ears()
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
         os.set_blocking(self._ours, False)
         self.path = os.ttyname(self._theirs)
-        selector.register(self._ours, selectors.EVENT_READ, self._discard)
+        selector.register(self._ours, selectors.EVENT_READ, self._hear)
 
-    def _discard(self, _: int) -> None:
+    def _hear(self, _: int) -> None:
         with suppress(OSError):
-            os.read(self._ours, DISCARDED)
+            self._ear(os.read(self._ours, DISCARDED))
 
     def send(self, telegram: bytes) -> None:
         with suppress(BlockingIOError):

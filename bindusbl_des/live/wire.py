@@ -1,32 +1,60 @@
-"""Modems on a wire: hosts outside speak with the modems of vehicles, over a port or a terminal.
+"""Modems on a wire: hosts outside speak with the modems of vehicles, over ports or terminals.
 
-What a host says is obeyed at the instant of the mission at which it comes, and put on record; what
-its modem says is sent at once.  A port serves several hosts of one modem, each by lines of its own.
+What a host says is heard at the instant of the mission at which it comes; what its modem says is
+sent at once.  A port serves several hosts of one modem, each by lines of its own.
 """
 
-import socket
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
 
+from ..mission.mission import Mission
 from ..protocol.access.hosted import Modem
-from .sinks import Port, Say, Sink, Terminal
+from .readings import Earth, Reading
+from .sinks import Ear, Sink
 
 # A line whose end has not come is cut where it is longer (bytes).
 LONGEST_LINE = 4096
 
-# Lines that one look takes from a host; what else it says waits.
-LINES = 64
 
+class Wire:
+    """The wire of one vehicle's modem; `catch_up` brings its mission to now."""
 
-class Lines:
-    """The lines (bytes, without their ends) of one host, as its bytes come."""
+    def __init__(self, vehicle: str, make: str) -> None:
+        self.vehicle, self.make, self.sent = vehicle, make, 0
+        self._modem: Modem | None = None
+        self._catch_up: Callable[[], None] = lambda: None
 
-    def __init__(self, obey: Callable[[bytes], None]) -> None:
-        self._obey, self._rest = obey, b""
+    def connect(
+        self, mission: Mission, sink: Sink, catch_up: Callable[[], None],
+        note: Callable[[float], None],
+    ) -> None:  # fmt: skip
+        """Join a modem of a mission to a sink.  Before a line is heard the mission is brought to
+        now; of each line that is sent the instant is noted.
+        """
+        modem = self._modem = mission.modems[self.vehicle]
+        self._catch_up = catch_up
 
-    def feed(self, data: bytes) -> None:
-        """Take bytes; each line that is whole is obeyed."""
-        *lines, rest = (self._rest + data).split(b"\n")
-        self._rest = rest[-LONGEST_LINE:]
-        for line in lines:
-            self._obey(line.strip(b"\r"))
+        def say(line: bytes) -> None:
+            note(modem.node.clock)
+            sink.send(line)
+            self.sent += 1
+
+        modem.on_say = say
+
+    def ear(self) -> Ear:
+        """Return what takes the bytes of one host."""
+        rest = b""
+
+        def hear(data: bytes) -> None:
+            nonlocal rest
+            *lines, rest = (rest + data).split(b"\n")
+            rest = rest[-LONGEST_LINE:]
+            if self._modem is not None and lines:
+                self._catch_up()
+                for line in lines:
+                    self._modem.hear(line.strip(b"\r"))
+
+        return hear
+
+    def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
+        """Say nothing of a reading: a modem knows what it measures."""
+        return ()

@@ -57,6 +57,7 @@ from .launch import (
     launch_auvs,
     posed,
 )
+from .modems import begin_modems
 from .sensor_errors import (
     clocks,
     pressure_errors,
@@ -107,6 +108,8 @@ def build_world(
     else:
         if isinstance(navigator, Team):
             begin_peers(env, setup, network, navigator, record, streams)
+        if setup.scenario.modems is not None:
+            network.modems = begin_modems(setup, network, record, streams)
         if setup.scenario.protocol.random_access:
             rate = setup.scenario.acoustics.hf.bit_rate_bps
             run_programs(network, setup.scenario.protocol, streams, rate)

@@ -1,7 +1,7 @@
 """A mission that can be held: advanced to an instant, looked at, advanced again, ended."""
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -21,6 +21,7 @@ from ..records.events import HEARD, Broadcast, GnssFix
 # for which who only names missions does not wait.
 if TYPE_CHECKING:
     from ..core.mistakes import ScenarioWarning
+    from ..protocol.access.hosted import Modem
     from ..protocol.happenings import Happening, Watch
     from ..protocol.outcomes import Sight
     from ..protocol.schedules.view import Schedule
@@ -350,6 +351,14 @@ class Mission:
     def failed_asvs(self) -> tuple[int, ...]:
         """Return the ASVs that do not work now, by number."""
         return self._world.asv_fleet.failed(self._time)
+
+    @property
+    def modems(self) -> "Mapping[str, Modem]":
+        """The modems of vehicles by their names, where the scenario has `modems`: what `hear` takes
+        (a line) is said by their hosts now, what they say goes to their `on_say`.
+        """
+        network = self._world.network
+        return {} if self.scenario.modems is None else network.modems
 
     def pings_under_way(self) -> list[PingUnderWay]:
         """Return the pings under way now, in the order in which they were sent: who, since when.

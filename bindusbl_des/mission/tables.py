@@ -74,6 +74,8 @@ def event_tables(world: World) -> dict[str, pa.Table]:
         tables["auv_frame_receptions"] = _heard_by(world, "auv_frame_receptions", met)
     if scenario.has_peers:
         tables["peer_ranges"] = from_rows("peer_ranges", record.peer_ranges)
+    if scenario.modems is not None:
+        tables["modem_lines"] = from_rows("modem_lines", record.modem_lines)
     return {**tables, "tracks": from_numbers("tracks", track_points(world), words=_names(world))}
 
 

@@ -1,6 +1,6 @@
 """The network of a mission: bands, who decides what on them, and what the surface fleet knows."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import nextafter
 from typing import TYPE_CHECKING, Any
@@ -33,6 +33,7 @@ from .slots import Slots
 
 if TYPE_CHECKING:
     from .access.air import SharedAir
+    from .access.hosted import Modem
 
 Steps = Generator[simpy.Event, None, float]
 
@@ -222,6 +223,7 @@ class Network(HfNetwork):
     acknowledged: Acknowledged | None = None
     repeating: Repeating | None = None
     data: Data | None = None
+    modems: "Mapping[str, Modem]" = field(default_factory=dict)  # by their vehicles' names
     broadcasts: int = field(default=0, init=False)  # so far
     fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
 

@@ -418,6 +418,16 @@ class PeerRange:
 
 
 @dataclass(slots=True)
+class ModemLine:
+    """One line between a modem and its host (modems)."""
+
+    time_s: float = column("s", "instant at which it was said")
+    vehicle: str = column("", "vehicle whose modem it is")
+    said_by: str = column("", "host, or modem")
+    line: str = column("", "the line without its end, a character for each byte (Latin-1)")
+
+
+@dataclass(slots=True)
 class GnssFix:
     """One fix of an AUV at the surface by its own GNSS (navigation.gnss_fix): it has it at once."""
 

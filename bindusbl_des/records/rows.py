@@ -26,6 +26,7 @@ from .events import (
     Fix,
     FixService,
     FrameReception,
+    ModemLine,
     Packet,
     PeerRange,
     Ping,
@@ -290,6 +291,7 @@ class Recorder:
     jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
     gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own
     peer_ranges: list[PeerRange] = field(default_factory=list)
+    modem_lines: list[ModemLine] = field(default_factory=list)
 
     @property
     def frames(self) -> list[Broadcast | AuvFrame]:

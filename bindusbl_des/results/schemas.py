@@ -18,6 +18,7 @@ from ..records.events import (
     FixService,
     FrameReception,
     GnssFix,
+    ModemLine,
     Packet,
     PeerRange,
     Ping,
@@ -45,16 +46,18 @@ ROWS: dict[str, type] = {
     "auv_frames": AuvFrame,
     "auv_frame_receptions": AuvFrameReception,
     "peer_ranges": PeerRange,
+    "modem_lines": ModemLine,
     "tracks": TrackPoint,
     "auvs": AuvMetrics,
 }
 EVENT_TABLES = (
     *("rounds", "pings", "receptions", "broadcasts", "frame_receptions", "assignments"),
     *("fixes", "gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
-    *("packets", "peer_ranges", "tracks"),
+    *("packets", "peer_ranges", "modem_lines", "tracks"),
 )
 # Which missions have a table that others lack: whose AUVs carry GNSS, whose vehicles hear others
-# by programs (protocol.access), whose AUVs send frames or data (traffic), or range each other.
+# by programs (protocol.access), whose AUVs send frames or data (traffic), or range each other,
+# whose vehicles have modems.
 SOMETIMES: Mapping[str, Callable[[Scenario], bool]] = {
     "gnss_fixes": lambda scenario: scenario.navigation.gnss_fix is not None,
     "signals": attrgetter("has_signals"),
@@ -63,6 +66,7 @@ SOMETIMES: Mapping[str, Callable[[Scenario], bool]] = {
     "auv_frames": attrgetter("protocol.sends_auv_frames"),
     "auv_frame_receptions": attrgetter("protocol.sends_auv_frames"),
     "peer_ranges": attrgetter("has_peers"),
+    "modem_lines": lambda scenario: scenario.modems is not None,
 }
 # Columns that only missions have in which frames are acknowledged, repeated or relayed.
 FURTHER: dict[str, type] = {"fixes": FixService}

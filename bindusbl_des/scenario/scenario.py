@@ -20,6 +20,7 @@ from ..presets.catalogue import CATALOGUE
 from .agreement.instruments import instruments_problems, sizes_problems, water_problems
 from .agreement.protocol import (
     acoustics_problems,
+    modems_problems,
     peers_problems,
     protocol_problems,
     telling_problems,
@@ -34,7 +35,7 @@ from .agreement.vehicles import (
 )
 from .chosen_parts import loaded_parts, parts_of
 from .part_choice import shipped_mistakes
-from .scenario_keys import Environment, Record, ScenarioKeys, Traffic
+from .scenario_keys import Environment, Modems, Record, ScenarioKeys, Traffic
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
@@ -60,6 +61,7 @@ class GivenKeys(TypedDict, total=False):
     usbl: UsblSection | Keys
     navigation: Navigation | Keys
     traffic: Traffic | Keys | None
+    modems: Modems | Keys | None
     record: Record | Keys
 
 
@@ -114,8 +116,10 @@ class Scenario(ScenarioKeys):
 
     @property
     def has_signals(self) -> bool:
-        """Whether vehicles may send signals beside pings: by a program of access, or to peers."""
-        return self.protocol.signals or self.has_peers
+        """Whether vehicles may send signals beside pings: by a program of access, to peers, or what
+        hosts of modems ask for.
+        """
+        return self.protocol.signals or self.has_peers or self.modems is not None
 
     @property
     def has_peers(self) -> bool:
@@ -245,6 +249,7 @@ SUBJECTS = (
     _parts_problems,
     protocol_problems,
     peers_problems,
+    modems_problems,
     telling_problems,
     acoustics_problems,
     instruments_problems,

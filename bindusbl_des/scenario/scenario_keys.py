@@ -110,6 +110,16 @@ class Traffic(Part):
     )
 
 
+class Modems(Part):
+    """Modems of all vehicles, whose hosts say what they send (`live --to seatrac:...`)."""
+
+    make: Literal["seatrac", "evologics"] = key("seatrac", "", "whose modems they are")
+    lines: Text | None = key(
+        None, "", "file of what hosts said: a result's table `modem_lines` (.parquet), or CSV with "
+        "time_s, vehicle, line; null: nothing but what a live session hears",
+    )  # fmt: skip
+
+
 class Record(Part):
     """What is kept of a mission."""
 
@@ -142,5 +152,9 @@ class ScenarioKeys(Part):
         default=None,
         description="data packets of AUVs, each behind a ping; null, unless one of its keys is "
         "given = AUVs have none",
+    )
+    modems: Modems | None = Field(
+        default=None,
+        description="modems on a wire; null, unless one of its keys is given = vehicles have none",
     )
     record: Record = Field(default=Record(), description="what is recorded")

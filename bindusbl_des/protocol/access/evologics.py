@@ -63,11 +63,8 @@ class Evologics(Modem):
         self.is_prefixed = is_prefixed
         name, _, rest = text[2:].partition(b",")
         answer = self._sent(rest) if name == b"*SENDIM" else self._asked_for(text[2:])
-        if is_prefixed:
-            shown = b"+++AT%s:%d:%s" % (name[:16], len(answer), answer)
-            self.say(shown + b"\r\n")
-        else:
-            self.say(answer + b"\r\n")
+        prefix = b"+++AT%s:%d:" % (name[:16], len(answer)) if is_prefixed else b""
+        self.say(prefix + answer)
 
     def _sent(self, rest: bytes) -> bytes:
         """Send an instant message; return what its host is told."""
@@ -129,7 +126,7 @@ class Evologics(Modem):
     def _report(self, event: str | bytes) -> None:
         """Tell the host what has happened."""
         told = event.encode("ascii") if isinstance(event, str) else event
-        self.say((b"+++AT:%d:%s" % (len(told), told) if self.is_prefixed else told) + b"\r\n")
+        self.say(b"+++AT:%d:%s" % (len(told), told) if self.is_prefixed else told)
 
     # The air
 
@@ -148,10 +145,10 @@ class Evologics(Modem):
     def answered(self, heard: HeardSignal, message: Message, way_s: float) -> None:
         self.way_s = way_s
         self._report(f"DELIVEREDIM,{message.sender}")
-        sight = self.senses.sight(self.node.number, heard.sender, heard.began_at_s)
+        sight = self.senses.sight(self.node, heard)
         if sight is None:
             return
-        pose, away = self.senses.pose(self.node.number), way_s * self.senses.sound_speed
+        pose, away = self.senses.pose(self.node), way_s * self.senses.sound_speed
         north, east, down = (away * part for part in sight.direction)
         level = away * cos(sight.elevation)
         right, ahead = level * sin(sight.azimuth), level * cos(sight.azimuth)

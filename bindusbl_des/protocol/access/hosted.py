@@ -1,8 +1,8 @@
 """Modems on a wire: what a host says over a serial port or a socket becomes signals.
 
 A host is a program outside the simulation (or a record of what it once said); its modem is a
-`seatrac` or `evologics`.  Each line that comes over the wire goes to :meth:`Modem.obey`, at an
-instant of the mission; what the modem says goes to its `say`.  On the air there is one exchange,
+`seatrac` or `evologics`.  Each line that comes over the wire goes to :meth:`Modem.hear`, at an
+instant of the mission; what the modem says goes to `on_say`.  On the air there is one exchange,
 whatever the modem's make:
 
     tells     a message to one modem or to all; nothing comes back
@@ -19,6 +19,7 @@ from collections.abc import Callable
 from math import sqrt
 from typing import Any, NamedTuple, Protocol
 
+from ...records.events import ModemLine
 from .node import HeardSignal, Node
 
 # An address that all modems have.
@@ -55,17 +56,15 @@ class Pose(NamedTuple):
 
 
 class Senses(Protocol):
-    """The sensors of all vehicles, by their numbers (AUVs first, then ASVs); travel times there and
-    back have an error (s, 1 sigma) each way.
-    """
+    """The sensors of all vehicles; travel times have an error (s, 1 sigma) each way."""
 
     sound_speed: float
     travel_time_sd_s: float
 
-    def pose(self, vehicle: int) -> Pose:
+    def pose(self, node: Node) -> Pose:
         """Return what a vehicle's own sensors say now."""
 
-    def sight(self, vehicle: int, sender: str, came_at_s: float) -> Sight | None:
+    def sight(self, node: Node, heard: HeardSignal) -> Sight | None:
         """Return in which direction a vehicle has seen a signal; None of those without array."""
 
 
@@ -84,19 +83,35 @@ class Modem(ABC):
         node: the vehicle as its program of access has it.
         senses: the sensors of all vehicles.
         address: its address, from 1.
+        lines: the record of what modem and host say.
     """
 
     timeout_m = 1000.0
     turnaround_s = 0.01
     most_bytes: int
 
-    def __init__(self, node: Node, senses: Senses, address: int) -> None:
-        self.node, self.senses, self.address = node, senses, address
-        self.say: Callable[[bytes], None] = lambda text: None
+    def __init__(self, node: Node, senses: Senses, address: int, lines: list[ModemLine]) -> None:
+        self.node, self.senses, self.address, self._lines = node, senses, address, lines
+        #: Whom to tell what it says to its host.
+        self.on_say: Callable[[bytes], None] = lambda text: None
         self._asked: Request | None = None
         self._until = 0.0  # s
 
     # The wire
+
+    def hear(self, text: bytes) -> None:
+        """Take a line of the host, now."""
+        self._note("host", text)
+        self.obey(text)
+
+    def say(self, text: bytes) -> None:
+        """Say a line to the host, now; its end is put to it."""
+        self._note("modem", text)
+        self.on_say(text + b"\r\n")
+
+    def _note(self, said_by: str, text: bytes) -> None:
+        line = ModemLine(self.node.clock, self.node.name, said_by, text.decode("latin-1"))
+        self._lines.append(line)
 
     @abstractmethod
     def obey(self, text: bytes) -> None:

@@ -22,6 +22,7 @@ import struct
 from math import degrees
 from typing import Any, NamedTuple
 
+from ...records.events import ModemLine
 from .hosted import ALL, Message, Modem, Pose, Request, Senses
 from .node import HeardSignal, Node
 
@@ -80,13 +81,13 @@ def crc16(data: bytes) -> int:
 
 
 def line(mark: str, code: int, content: bytes = b"") -> bytes:
-    """Return a line of the serial port: `#` of a host, `$` of a beacon.
+    """Return a line of the serial port without its end: `#` of a host, `$` of a beacon.
 
     >>> line("#", SETTINGS_GET)
-    b'#15C1CF\\r\\n'
+    b'#15C1CF'
     """
     data = bytes((code,)) + content
-    return f"{mark}{(data + struct.pack('<H', crc16(data))).hex().upper()}\r\n".encode("ascii")
+    return f"{mark}{(data + struct.pack('<H', crc16(data))).hex().upper()}".encode("ascii")
 
 
 def parsed(text: bytes, mark: str = "#") -> tuple[int, bytes]:
@@ -184,8 +185,8 @@ class Seatrac(Modem):
     header_bytes = 8
     most_bytes = MOST_BYTES + header_bytes
 
-    def __init__(self, node: Node, senses: Senses, address: int) -> None:
-        super().__init__(node, senses, address)
+    def __init__(self, node: Node, senses: Senses, address: int, lines: list[ModemLine]) -> None:
+        super().__init__(node, senses, address, lines)
         self.settings = self._defaults = Settings(beacon=address)
         self._queues: dict[tuple[int, int], bytes] = {}
         self._modes = 0  # how often the status mode was set
@@ -314,7 +315,7 @@ class Seatrac(Modem):
 
     def _status(self, output: int) -> bytes:
         """Return the fields of a status that are asked for."""
-        pose = self.senses.pose(self.node.number)
+        pose = self.senses.pose(self.node)
         told = struct.pack("<BQ", output & (ENVIRONMENT | ATTITUDE), int(1e3 * self.node.clock))
         if output & ENVIRONMENT:
             pressure, speed = round(100.5 * pose.depth_m), round(10 * self.senses.sound_speed)
@@ -335,7 +336,7 @@ class Seatrac(Modem):
         self._tell(SENDS[content.about].heard, self._event(message, fix, data, is_answer=False))
 
     def answer(self, asked: Message) -> tuple[Any, int]:
-        pose, content, data = self.senses.pose(self.node.number), asked.content, b""
+        pose, content, data = self.senses.pose(self.node), asked.content, b""
         if content.about == ECHO_SEND:
             data = content.data
         elif content.about == DAT_SEND:
@@ -382,7 +383,7 @@ class Seatrac(Modem):
         """Return what this beacon knows of a message's sender (ACOFIX): a range if sound is known
         to have taken so long (s), a direction if it has an array and the message lets it see.
         """
-        pose, speed = self.senses.pose(self.node.number), self.senses.sound_speed
+        pose, speed = self.senses.pose(self.node), self.senses.sound_speed
         content, flags, told, range_m = message.content, 0, b"", None
         if way_s is not None:
             range_m, flags = speed * way_s, HAS_RANGE
@@ -392,7 +393,7 @@ class Seatrac(Modem):
             )
         sight = None
         if content.type in (OWAYU, REQU, RESPU, REQX, RESPX):
-            sight = self.senses.sight(self.node.number, heard.sender, heard.began_at_s)
+            sight = self.senses.sight(self.node, heard)
         if sight is not None:
             flags |= HAS_USBL
             azimuth, elevation = degrees(sight.azimuth) % 360.0, degrees(sight.elevation)

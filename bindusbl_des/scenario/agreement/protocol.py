@@ -54,6 +54,20 @@ def _unslotted(site: Site) -> Iterator[Problem]:
             )
 
 
+def modems_problems(site: Site) -> Iterator[Problem]:
+    """Yield why hosts cannot have modems on a wire as asked for."""
+    scenario, protocol = site.scenario, site.scenario.protocol
+    if scenario.modems is None:
+        return
+    if protocol.asvs_ping or protocol.signals or scenario.navigation.peers is not None:
+        yield Problem(
+            "modems",
+            "need a vehicle's ear for themselves; remove them, or what else listens: passive "
+            "ranging, navigation.peers, or a protocol.access that hears others",
+            ("protocol.ranging", "navigation.peers", "protocol.access"),
+        )
+
+
 def peers_problems(site: Site) -> Iterator[Problem]:
     """Yield why AUVs cannot range each other as asked for."""
     scenario, peers = site.scenario, site.scenario.navigation.peers
