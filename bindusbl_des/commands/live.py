@@ -73,6 +73,9 @@ YEARS = range(1981, 2100)
 # So often (s) it is looked whether AUVs have been heard of.
 WAIT_S = 0.02
 
+# So much (s) of a mission is rehearsed where hosts speak with modems.
+REHEARSED_S = 5.0
+
 # Until then (s of the mission) `--dry` waits for a telegram of each kind.
 DRY_S = 600.0
 
@@ -160,21 +163,27 @@ def live(
     their estimates as GGA), json (a line for each reading), mavlink (GPS_INPUT of AUVs) and
     mavproxy (the same for its GPSInput).  Sinks: udp:HOST:PORT, tcp:PORT, pty, file:PATH.
     ugps:http:PORT is the HTTP API of a Water Linked UGPS topside, ros2:file:PATH.mcap a bag.
+    seatrac and evologics, to pty or tcp:PORT, are the modem of a vehicle (ASV0, or /VEHICLES): your
+    program speaks with it as with the maker's, and its messages sound in the mission.
 
     Ctrl-C ends the telegrams; the mission is finished at once, and its result folder is that of
     `run` with the same seed.
     """
-    from ..live.outputs import FORMATS, asked, chosen
+    from ..live.outputs import FORMATS, asked, chosen, each, makes_of
     from ..live.readings import earth_of
     from ..setup import Setup
 
+    with refusing(ValueError):
+        make = makes_of(wanted)
+    if make is not None:
+        overrides = (*overrides, f"modems.make={make}")
     reading = reading_from(scenario, overrides, allow_plugins)
     refuse_plugins(reading.unloaded)
     mission = reading.scenario
     names = [f"ASV{asv}" for asv in range(mission.asvs.count)]
     names += [f"AUV{auv}" for auv in range(mission.auvs.count)]
     with refusing(ValueError):
-        outputs = [asked(option, names) for option in wanted]
+        outputs = [one for option in wanted for one in each(asked(option, names))]
         heard = chosen(only, names, "--only")
     earth = earth_of(reading.setup, start or datetime.now(UTC))
     for output in outputs:
@@ -192,8 +201,9 @@ def live(
         telegrams = list(_dry(mission, seed, outputs, heard, earth, truth))
         answer(telegrams, [first["telegram"] for first in telegrams])
         return
-    if poses is not None and speed == math.inf:
-        refuse("--poses comes with the clock of who sends them; give --speed 1")
+    if (poses is not None or make is not None) and speed == math.inf:
+        what = "--poses" if poses is not None else f"--to {make}"
+        refuse(f"{what} comes with the clock of who sends; give --speed 1")
     folder = Path(out) if out else default_folder(mission, seed, "-live")
     check_folder(folder, force)
     talk(models(mission))
@@ -265,11 +275,14 @@ def _flown(
     try:
         with compiling_shown():
             mission = Mission(scenario, seed, poses=ear)
+            if mission.modems:
+                _rehearse(scenario, seed)
             instruments = Instruments(mission, truth=mouth.truth, only=mouth.only)
             session = Session(
                 instruments, mouth.earth, mouth.outputs, selector, warn,
-                speed=mouth.speed, follows=ear is not None,
+                speed=mouth.speed, follows=ear is not None, wires=bool(mission.modems),
             )  # fmt: skip
+            session.connect(mission.modems)
             session.starts_now = mouth.starts_now
             with _stopped_by_ctrl_c(session):
                 session.fly(lambda now: line.tell(lambda: status(now, scenario.duration_s)))
@@ -283,6 +296,18 @@ def _flown(
         return mission.result()
     except (ValueError, ArithmeticError, RuntimeError, MemoryError) as error:
         raise RunFailed(f"{scenario.name}: the run failed: {error}") from error
+
+
+def _rehearse(scenario: "Scenario", seed: int) -> None:
+    """Let modems speak once in a mission that is thrown away: what is compiled, or loaded, when it
+    is first wanted makes no host wait.
+    """
+    from ..mission.mission import Mission
+
+    mission = Mission(scenario, seed)
+    *_, asker = mission.modems.values()
+    asker.hear(asker.ping(1))
+    mission.advance(min(REHEARSED_S, scenario.duration_s))
 
 
 def _listening(poses: str, bind: str, setup: "Setup", stack: ExitStack) -> "Received":

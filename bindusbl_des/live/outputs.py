@@ -26,8 +26,9 @@ from .readings import (
     UsblReading,
 )
 from .session import Encoder, Output
-from .sinks import LOOPBACK, Datagrams, File, Port, Say, Sink, Terminal, check_room
+from .sinks import LOOPBACK, Datagrams, Ear, File, Port, Say, Sink, Terminal, check_room, deaf
 from .ugps import Topside
+from .wire import Wire
 
 # What of a fix nobody at sea knows.
 UNKNOWN = ("error_m",)
@@ -151,7 +152,12 @@ FORMATS: dict[str, Format] = {
     "mavlink": Format("GPS_INPUT of AUVs", Mavlink, on_earth=True),
     "ros2": Format("a bag", lambda: _nothing, on_earth=False, sinks=("file",)),
     "mavproxy": Format("GPS inputs of AUVs for MAVProxy", mavproxy, on_earth=True),
+    "seatrac": Format("a SeaTrac beacon", lambda: _nothing, on_earth=False, sinks=("pty", "tcp")),
+    "evologics": Format("an S2C modem", lambda: _nothing, on_earth=False, sinks=("pty", "tcp")),
 }
+
+# Formats that also listen: they are the wire of a vehicle's modem (`modems.make`).
+WIRED = ("seatrac", "evologics")
 
 # How each sink is written behind its name.
 SINKS = {
@@ -179,6 +185,35 @@ def asked(text: str, vehicles: Sequence[str]) -> AskedOutput:
         spelt = ", ".join(f"{form}:{SINKS[name]}" for name in FORMATS[form].sinks)
         raise ValueError(f"{text}: {wrong}; write {spelt}")
     return AskedOutput(text, form, chosen(named, vehicles, text), sink, where)
+
+
+def makes_of(texts: Sequence[str]) -> str | None:
+    """Return whose modems outputs, as they are written, are the wires of; None of no modems.
+
+    Raises:
+        ValueError: when they are of several makes.
+    """
+    makes = {text.partition(":")[0].partition("/")[0] for text in texts} & {*WIRED}
+    if len(makes) > 1:
+        raise ValueError(
+            f"{' and '.join(sorted(makes))}: all vehicles of a mission have modems of one make; "
+            "ask for one of them"
+        )
+    return makes.pop() if makes else None
+
+
+def each(wanted: AskedOutput) -> list[AskedOutput]:
+    """Return an output, that of modems for each vehicle (ASV0 where none is named): ports count on
+    from the one that is given.
+    """
+    if wanted.format not in WIRED:
+        return [wanted]
+    given = [wanted._replace(only=(vehicle,)) for vehicle in wanted.only or ("ASV0",)]
+    if wanted.sink != "tcp":
+        return given
+    first = _port(wanted.where, wanted.text)
+    ports = [first + number if first else 0 for number in range(len(given))]
+    return [one._replace(where=str(port)) for one, port in zip(given, ports, strict=True)]
 
 
 def chosen(named: str, vehicles: Sequence[str], text: str) -> tuple[str, ...]:
@@ -264,35 +299,44 @@ def opened(wanted: AskedOutput, only: Sequence[str], by: Opening) -> Output:
     check_room()
     if wanted.format in WHOLE:
         return WHOLE[wanted.format](wanted, by)
+    if wanted.format in WIRED:
+        wire = Wire(wanted.only[0])
+        return Output(wire, OPENERS[wanted.sink](wanted, by, wire.ear))
     return Output(encoder(wanted, only), OPENERS[wanted.sink](wanted, by), wanted.only)
 
 
-def _udp(wanted: AskedOutput, by: Opening) -> Sink:
+def _udp(wanted: AskedOutput, by: Opening, ears: Callable[[], Ear] = deaf) -> Sink:
     host, _, port = wanted.where.rpartition(":")
     if not host:
         raise ValueError(f"{wanted.text}: write {wanted.format}:{SINKS['udp']}")
     return Datagrams(wanted.text, host.strip("[]"), _port(port, wanted.text))
 
 
-def _tcp(wanted: AskedOutput, by: Opening) -> Sink:
-    port = Port(wanted.text, by.bind, _port(wanted.where, wanted.text), by.selector, by.warn)
-    by.say(f"{wanted.text}: listens on {by.bind}:{port.port}")
+def _tcp(wanted: AskedOutput, by: Opening, ears: Callable[[], Ear] = deaf) -> Sink:
+    number = _port(wanted.where, wanted.text)
+    port = Port(wanted.text, by.bind, number, by.selector, by.warn, ears)
+    by.say(f"{_named_wire(wanted)}: listens on {by.bind}:{port.port}")
     return port
 
 
-def _pty(wanted: AskedOutput, by: Opening) -> Sink:
-    terminal = Terminal(wanted.text, by.selector)
-    by.say(f"{wanted.text}: {terminal.path}")
+def _pty(wanted: AskedOutput, by: Opening, ears: Callable[[], Ear] = deaf) -> Sink:
+    terminal = Terminal(wanted.text, by.selector, ears)
+    by.say(f"{_named_wire(wanted)}: {terminal.path}")
     return terminal
 
 
-def _file(wanted: AskedOutput, by: Opening) -> Sink:
+def _named_wire(wanted: AskedOutput) -> str:
+    """Return an output as it was written, and whose modem it is."""
+    return wanted.text + (f", {wanted.only[0]}" if wanted.format in WIRED else "")
+
+
+def _file(wanted: AskedOutput, by: Opening, ears: Callable[[], Ear] = deaf) -> Sink:
     if not wanted.where:
         raise ValueError(f"{wanted.text}: write {wanted.format}:{SINKS['file']}")
     return File(wanted.text, Path(wanted.where), replace=by.replace)
 
 
-OPENERS: dict[str, Callable[[AskedOutput, Opening], Sink]] = {
+OPENERS: dict[str, Callable[..., Sink]] = {
     "udp": _udp,
     "tcp": _tcp,
     "pty": _pty,

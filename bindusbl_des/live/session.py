@@ -7,17 +7,21 @@ on it; where an outside program moves vehicles, or speaks with modems, it follow
 import math
 import selectors
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from time import monotonic
 from typing import Protocol
 
+from ..protocol.access.hosted import Modem
 from .readings import Earth, Instruments, Reading
 from .sinks import Say, Sink
+from .wire import Wire
 
-# The mission is advanced by so much at a time (s), and so far ahead of the clock (s).
-STEP_S, AHEAD_S = 0.1, 1.0
+# The mission is advanced by so much at a time (s), and so far ahead of the clock (s); where modems
+# are on a wire it follows the clock by so much of real time (s).
+STEP_S, AHEAD_S, WIRE_S = 0.1, 1.0, 0.002
 
 # So long (s) a step of the mission may take while nothing is due.
 WORK_S = 0.02
@@ -53,8 +57,16 @@ class Output:
         if self.only and reading.vehicle not in self.only:
             return
         for telegram in self.encode(reading, earth):
-            self.sink.send(telegram)
-            self.sent += 1
+            self.send(telegram)
+
+    def send(self, telegram: bytes) -> None:
+        """Send a telegram, and count it.
+
+        Raises:
+            OSError: when the sink cannot go on.
+        """
+        self.sink.send(telegram)
+        self.sent += 1
 
 
 @dataclass
@@ -79,7 +91,8 @@ class Lateness:
 class Session:
     """A mission, its outputs and its clock; `speed` times real time, infinite for at once.
 
-    Where it `follows` the clock, what happens in a step of the mission is sent at its end.
+    Where it `follows` the clock, what happens in a step of the mission is sent at its end; the
+    steps are short where hosts speak with modems by `wires`.
     """
 
     def __init__(
@@ -92,14 +105,39 @@ class Session:
         *,
         speed: float = 1.0,
         follows: bool = False,
+        wires: bool = False,
     ) -> None:
         self.outputs, self.lateness, self.time = list(outputs), Lateness(), 0.0
         self._instruments, self._earth, self._selector = instruments, earth, selector
-        self._say, self._speed, self._follows = say, speed, follows
+        self._say, self._speed, self._follows = say, speed, follows or wires
+        self._follow_s = WIRE_S * speed if wires else STEP_S
         #: Whether the mission begins when the clock starts, whatever `earth` says.
         self.starts_now = False
         self._due: deque[Reading] = deque()
         self._is_stopped, self._began = False, monotonic()
+
+    def connect(self, modems: Mapping[str, Modem]) -> None:
+        """Join the wires among the outputs to modems of the mission, by their vehicles' names."""
+        for output in self.outputs:
+            if isinstance(output.encode, Wire):
+                modem = modems[output.encode.vehicle]
+                output.encode.connect(modem, partial(self._pass_on, output), self.catch_up)
+
+    def _pass_on(self, output: Output, telegram: bytes, at_s: float) -> None:
+        """Send what a modem says at an instant (s) of the mission, now."""
+        if output in self.outputs and not self._is_stopped:
+            self.time = at_s
+            self.lateness.note((self._now - at_s) / self._speed)
+            self._try(output, lambda: output.send(telegram))
+
+    def _try(self, output: Output, send: Callable[[], None]) -> None:
+        """Send by an output; one that cannot go on is told of, and left."""
+        try:
+            send()
+        except OSError as error:
+            self._say(f"{output.sink.name}: {error.strerror or error}; the mission goes on")
+            self.outputs.remove(output)
+            output.sink.close()
 
     def stop(self) -> None:
         """Send nothing more, from wherever this is called."""
@@ -113,16 +151,12 @@ class Session:
         self._due.extend(self._instruments.advance(steps * self._step))
         if self.starts_now:
             self._earth = self._earth._replace(start=datetime.now(UTC))
-        began = self._began = monotonic()
+        self._began = monotonic()
         ahead *= max(self._speed, 1.0)
-
-        def now() -> float:
-            return (monotonic() - began) * self._speed if self._speed < math.inf else math.inf
-
         while not self._is_stopped:
-            while self._due and self._due[0].at_s <= now() and not self._is_stopped:
-                self._send(self._due.popleft(), now())
-            known, instant = self._instruments.time, now()
+            while self._due and self._due[0].at_s <= self._now and not self._is_stopped:
+                self._send(self._due.popleft(), self._now)
+            known, instant = self._instruments.time, self._now
             if self._instruments.is_over and not self._due:
                 break
             idle_s = 0.0
@@ -133,12 +167,24 @@ class Session:
                 idle_s = max(following - instant, 0.0) / self._speed
             if not self._instruments.is_over and self._is_due(known, instant, ahead, idle_s):
                 self._listen(0.0)
-                steps += 1
+                while steps * self._step <= self._instruments.time:
+                    steps += 1
                 self._due.extend(self._instruments.advance(steps * self._step))
             else:
                 self._listen(min(idle_s, PATIENCE_S))
             progress(self)
         self.time = self._instruments.time
+
+    @property
+    def _now(self) -> float:
+        """The instant (s) of the mission that the clock shows."""
+        since = monotonic() - self._began
+        return since * self._speed if self._speed < math.inf else math.inf
+
+    def catch_up(self) -> None:
+        """Let everything happen that has happened by now: somebody outside acts on it."""
+        if self._now > self._instruments.time:
+            self._due.extend(self._instruments.advance(self._now))
 
     def _is_due(self, known: float, now: float, ahead: float, idle_s: float) -> bool:
         """Tell whether the mission is to be advanced now: at its instant, or ahead of the clock
@@ -152,19 +198,14 @@ class Session:
     @property
     def _step(self) -> float:
         """How far (s) the mission is advanced at a time."""
-        return STEP_S if self._follows else STEP_S * min(max(self._speed, 1.0), 10.0)
+        return self._follow_s if self._follows else STEP_S * min(max(self._speed, 1.0), 10.0)
 
     def _send(self, reading: Reading, now: float) -> None:
         self.time = reading.at_s
         if self._speed < math.inf:
             self.lateness.note((now - reading.at_s) / self._speed)
         for output in list(self.outputs):
-            try:
-                output.tell(reading, self._earth)
-            except OSError as error:
-                self._say(f"{output.sink.name}: {error.strerror or error}; the mission goes on")
-                self.outputs.remove(output)
-                output.sink.close()
+            self._try(output, partial(output.tell, reading, self._earth))
 
     def _listen(self, seconds: float) -> None:
         """Serve those that are connected, and wait so long (s) at most."""

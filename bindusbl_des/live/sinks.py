@@ -153,9 +153,7 @@ class Port:
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._clients[client] = bytearray()
         ear = self._ears()
-        self._selector.register(
-            client, selectors.EVENT_READ, lambda mask: self._serve(client, ear)
-        )
+        self._selector.register(client, selectors.EVENT_READ, lambda mask: self._serve(client, ear))
 
     def _serve(self, client: socket.socket, ear: Ear) -> None:
         """Hear what a client says, until it goes; send what it had no room for."""

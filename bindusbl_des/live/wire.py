@@ -6,39 +6,30 @@ sent at once.  A port serves several hosts of one modem, each by lines of its ow
 
 from collections.abc import Callable, Sequence
 
-from ..mission.mission import Mission
 from ..protocol.access.hosted import Modem
 from .readings import Earth, Reading
-from .sinks import Ear, Sink
+from .sinks import Ear
 
 # A line whose end has not come is cut where it is longer (bytes).
 LONGEST_LINE = 4096
 
 
 class Wire:
-    """The wire of one vehicle's modem; `catch_up` brings its mission to now."""
+    """The wire of one vehicle's modem.  Nothing is heard before it is connected."""
 
-    def __init__(self, vehicle: str, make: str) -> None:
-        self.vehicle, self.make, self.sent = vehicle, make, 0
+    def __init__(self, vehicle: str) -> None:
+        self.vehicle = vehicle
         self._modem: Modem | None = None
         self._catch_up: Callable[[], None] = lambda: None
 
     def connect(
-        self, mission: Mission, sink: Sink, catch_up: Callable[[], None],
-        note: Callable[[float], None],
-    ) -> None:  # fmt: skip
-        """Join a modem of a mission to a sink.  Before a line is heard the mission is brought to
-        now; of each line that is sent the instant is noted.
+        self, modem: Modem, send: Callable[[bytes, float], None], catch_up: Callable[[], None]
+    ) -> None:
+        """Join it to a modem, which sends lines, each at an instant (s) of its mission; `catch_up`
+        brings that to now, before a line is heard.
         """
-        modem = self._modem = mission.modems[self.vehicle]
-        self._catch_up = catch_up
-
-        def say(line: bytes) -> None:
-            note(modem.node.clock)
-            sink.send(line)
-            self.sent += 1
-
-        modem.on_say = say
+        self._modem, self._catch_up = modem, catch_up
+        modem.on_say = lambda line: send(line, modem.node.clock)
 
     def ear(self) -> Ear:
         """Return what takes the bytes of one host."""
@@ -56,5 +47,5 @@ class Wire:
         return hear
 
     def __call__(self, reading: Reading, earth: Earth) -> Sequence[bytes]:
-        """Say nothing of a reading: a modem knows what it measures."""
+        """Say nothing of a reading: a modem says what it measures itself."""
         return ()

@@ -357,8 +357,7 @@ class Mission:
         """The modems of vehicles by their names, where the scenario has `modems`: what `hear` takes
         (a line) is said by their hosts now, what they say goes to their `on_say`.
         """
-        network = self._world.network
-        return {} if self.scenario.modems is None else network.modems
+        return self._world.network.modems
 
     def pings_under_way(self) -> list[PingUnderWay]:
         """Return the pings under way now, in the order in which they were sent: who, since when.

@@ -167,6 +167,8 @@ class HfNetwork:
         self.watching = Happenings(
             self.env, self.record, self.uplink, self.outcomes, self.deliveries
         )
+        #: The modems of vehicles that hosts speak with, by their vehicles' names.
+        self.modems: Mapping[str, Modem] = {}
 
     def happening(self, kind: str, **which: Any) -> simpy.Event:
         """Return the event of the next happening of a kind, at its exact instant.
@@ -223,7 +225,6 @@ class Network(HfNetwork):
     acknowledged: Acknowledged | None = None
     repeating: Repeating | None = None
     data: Data | None = None
-    modems: "Mapping[str, Modem]" = field(default_factory=dict)  # by their vehicles' names
     broadcasts: int = field(default=0, init=False)  # so far
     fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
 

@@ -54,6 +54,10 @@ class Evologics(Modem):
 
     # The wire
 
+    @staticmethod
+    def ping(to: int) -> bytes:
+        return b"AT*SENDIM,1,%d,ack,." % to
+
     def obey(self, text: bytes) -> None:
         """Do what a command asks for, and say what became of it."""
         is_prefixed = text.startswith(b"+++")

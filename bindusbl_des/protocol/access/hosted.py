@@ -117,6 +117,11 @@ class Modem(ABC):
     def obey(self, text: bytes) -> None:
         """Do what a line of the host asks for, now; leave out what is no command."""
 
+    @staticmethod
+    @abstractmethod
+    def ping(to: int) -> bytes:
+        """Return the line by which a host asks another modem, by its address, for an answer."""
+
     # The air
 
     @property

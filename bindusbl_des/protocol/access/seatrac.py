@@ -194,6 +194,10 @@ class Seatrac(Modem):
 
     # The wire
 
+    @staticmethod
+    def ping(to: int) -> bytes:
+        return line("#", PING_SEND, bytes((to, REQU)))
+
     def obey(self, text: bytes) -> None:
         """Do what a command asks for, and tell the host what became of it."""
         begins = max(text.rfind(b"#"), 0)  # half a line may stand before it
