@@ -29,11 +29,11 @@ MAKES: dict[str, type[Modem]] = {"seatrac": Seatrac, "evologics": Evologics}
 
 
 class HostLine(NamedTuple):
-    """What a host says to the modem of a vehicle at an instant (s): a character for each byte."""
+    """What a host says to the modem of a vehicle at an instant (s)."""
 
     time_s: float
     vehicle: str
-    line: str
+    line: bytes
 
 
 def begin_modems(
@@ -72,7 +72,7 @@ def _repeat(modems: Mapping[str, Modem], lines: Iterable[HostLine]) -> Steps:
     for line in lines:
         modem = modems[line.vehicle]
         yield modem.node.until(line.time_s)
-        modem.hear(line.line.encode("latin-1"))
+        modem.hear(line.line)
 
 
 def _said(file: str, modems: Collection[str]) -> list[HostLine]:
@@ -95,8 +95,9 @@ def _said(file: str, modems: Collection[str]) -> list[HostLine]:
         if row.get("said_by") == "modem":
             continue
         try:
-            line = HostLine(float(row["time_s"]), row["vehicle"], row["line"])
-        except (KeyError, TypeError, ValueError):
+            text = row["line"].encode("ascii").decode("unicode_escape").encode("latin-1")
+            line = HostLine(float(row["time_s"]), row["vehicle"], text)
+        except (AttributeError, KeyError, TypeError, ValueError):
             raise ValueError(
                 f"modems.lines: {file}: row {number} needs time_s (s), vehicle and line"
             ) from None

@@ -424,7 +424,7 @@ class ModemLine:
     time_s: float = column("s", "instant at which it was said")
     vehicle: str = column("", "vehicle whose modem it is")
     said_by: str = column("", "host, or modem")
-    line: str = column("", "the line without its end, a character for each byte (Latin-1)")
+    line: str = column("", "the line without its end; bytes that are no ASCII text as \\xff")
 
 
 @dataclass(slots=True)

@@ -199,8 +199,8 @@ def test_settings_are_kept_and_obeyed() -> None:
     (settings,) = lines_of(mission, "AUV0", 0x15)
     changed = bytearray(settings.content)
     changed[0] = 4
-    assert changed[-18] == 1
-    changed[-18] = 12
+    assert changed[-14] == 1
+    changed[-14] = 12
     mission = spoken(
         (1.0, "AUV0", asks(0x16, more=bytes(changed))), (3.0, "ASV0", asks(0x40, 12, 2))
     )
@@ -281,6 +281,12 @@ class Host:
         os.set_blocking(self._file, False)
         self._rest = b""
 
+    def close(self) -> None:
+        if hasattr(self, "_port"):
+            self._port.close()
+        else:
+            os.close(self._file)
+
     def say(self, data: bytes) -> None:
         os.write(self._file, data)
 
@@ -313,6 +319,8 @@ def test_a_host_over_a_port_and_one_over_a_terminal() -> None:
         other.say(asks(0x60, ASV0, 2, 2, more=b"up") + b"\r\n")
         assert fix_of(vessel.hear(0x61).content)[1] == b"\x00\x02up\xff"
         assert fix_of(other.hear(0x61).content)[1] == b"\xff\x00\xff"
+        for host in (vessel, second, auv, other):
+            host.close()
         session.send_signal(signal.SIGINT)
         assert session.wait(timeout=120) == 0
     flown = load_result("flown")

@@ -110,8 +110,8 @@ class Modem(ABC):
         self.on_say(text + b"\r\n")
 
     def _note(self, said_by: str, text: bytes) -> None:
-        line = ModemLine(self.node.clock, self.node.name, said_by, text.decode("latin-1"))
-        self._lines.append(line)
+        written = text.decode("latin-1").encode("unicode_escape").decode("ascii")
+        self._lines.append(ModemLine(self.node.clock, self.node.name, said_by, written))
 
     @abstractmethod
     def obey(self, text: bytes) -> None:
