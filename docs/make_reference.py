@@ -77,6 +77,7 @@ TABLE_MEANING = {
     "signals": "a signal sent beside pings; written with `protocol.access` or `navigation.peers`",
     "signal_receptions": "a signal, or AUV's ping, at a vehicle; written with those",
     "peer_ranges": "what an AUV measured of another; written with `navigation.peers`",
+    "modem_lines": "a line between a modem and its host; written with `modems`",
     "tracks": "a vehicle at an instant, at `record.tracks_hz`",
     "auvs": "the metrics of an AUV",
     "mission": "the metrics of the mission: fleet means of `auvs`, and what it has as a whole",

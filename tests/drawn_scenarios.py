@@ -77,10 +77,12 @@ def _quieter(data: dict[str, Any], draw: random.Random) -> None:
     protocol, navigation = data.get("protocol") or {}, data.get("navigation") or {}
     for section, name, kept in (
         (navigation, "peers", 0.3), (data, "traffic", 0.3), (protocol, "relay", 0.4),
+        (data, "modems", 0.3),
         (protocol, "acknowledge", 0.4), (protocol, "repeat", 0.4),
     ):  # fmt: skip
         if draw.random() > kept:
             section.pop(name, None)
+    (data.get("modems") or {}).pop("lines", None)
     if "who" in (relay := protocol.get("relay") or {}):  # or a list of AUVs, each once
         relay["who"] = "all"
 

@@ -244,6 +244,9 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
     if case.scenario.has_peers:
         why = "AUVs speak to each other beside the slots: nothing is proved beyond what was played"
         yield undecided("peers", "messages and pings", why, "hf")
+    if case.scenario.modems is not None:
+        why = "modems send what their hosts say: nothing is proved beyond what was played"
+        yield undecided("modems", "messages and pings", why, "hf")
     if protocol.duplex != "per_band":
         why = "who sends on one band is deaf on both"
         yield undecided("half duplex", "pings and frames", why, None)

@@ -77,7 +77,7 @@ def test_every_column_says_what_it_is(result: Result, tmp_path: Path) -> None:
                     assert field.metadata[b"unit"] == unit, field.name
     dictionary = json.loads((folder / "data_dictionary.json").read_text())
     others = {"signals", "signal_receptions", "auv_frames", "auv_frame_receptions", "packets"}
-    others.add("peer_ranges")
+    others |= {"peer_ranges", "modem_lines"}
     assert set(dictionary) == {*TABLES, *others}
     for name in WRITTEN:
         names = pq.read_schema(folder / f"{name}.parquet").names

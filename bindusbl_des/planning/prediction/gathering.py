@@ -102,6 +102,8 @@ def approximations(setup: Setup) -> Iterator[str]:
             "What AUVs learn from each other (navigation.peers) is left out, and what their "
             "messages cost on HF."
         )
+    if scenario.modems is not None:
+        yield "What hosts have modems send (modems) is left out, and what it costs on HF."
     if scenario.asvs.failures:
         yield "ASVs that fail are taken to serve all the time."
     if setup.tells_slots:
