@@ -61,8 +61,8 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
         case FixReading(fix=fix):
             # a vehicle's number in the record is a name to others, as in the tables
             by = None if fix.broadcast_by is None else f"ASV{fix.broadcast_by}"
-            place = _place((fix.x_m, fix.y_m, fix.z_m), earth)
-            return {"kind": "fix", **_known(fix, "auv", *UNKNOWN), "broadcast_by": by, **place}
+            at = _place((fix.x_m, fix.y_m, fix.z_m), earth)
+            return {"kind": "fix", **_known(fix, "auv", *UNKNOWN), "broadcast_by": by, **at}
         case EstimateReading(place=place, covariance=((xx, xy), (_, yy))):
             spread = {"sd_x_m": math.sqrt(max(xx, 0.0)), "sd_y_m": math.sqrt(max(yy, 0.0))}
             return {"kind": "estimate", **_place(place, earth), **spread, "cov_xy_m2": xy}
