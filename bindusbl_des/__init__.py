@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from .planning.planning import plan as plan
     from .preflight.limits import limits as limits
     from .preflight.warnings import warnings_of as warnings_of
+    from .protocol.access.hosted import Modem as Modem
     from .protocol.anchors.view import AnchorView as AnchorView
     from .protocol.network import BroadcastView as BroadcastView
     from .protocol.network import Network as Network
@@ -107,6 +108,7 @@ _HOMES = {
     "load_result": "results.loading",
     "load_scenario": "scenario.files.scenario_file",
     "Mission": "mission.mission",
+    "Modem": "protocol.access.hosted",
     "ping_group": "protocol.tdma",
     "plan": "planning.planning",
     "Plan": "planning.planning",

@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from ..live.poses import Received
     from ..live.readings import Earth
     from ..live.session import Output, Session
+    from ..mission.mission import Mission
     from ..results.result import Result
     from ..scenario.scenario import Scenario
     from ..setup import Setup
@@ -274,9 +276,10 @@ def _flown(
     line = ProgressLine(quiet=is_quiet(), on_terminals=True)
     try:
         with compiling_shown():
-            mission = Mission(scenario, seed, poses=ear)
+            begun = partial(Mission, scenario, seed)
+            mission = begun(poses=ear)
             if mission.modems:
-                _rehearse(scenario, seed)
+                _rehearse(begun())
             instruments = Instruments(mission, truth=mouth.truth, only=mouth.only)
             session = Session(
                 instruments, mouth.earth, mouth.outputs, selector, warn,
@@ -298,16 +301,13 @@ def _flown(
         raise RunFailed(f"{scenario.name}: the run failed: {error}") from error
 
 
-def _rehearse(scenario: "Scenario", seed: int) -> None:
+def _rehearse(mission: "Mission") -> None:
     """Let modems speak once in a mission that is thrown away: what is compiled, or loaded, when it
     is first wanted makes no host wait.
     """
-    from ..mission.mission import Mission
-
-    mission = Mission(scenario, seed)
     *_, asker = mission.modems.values()
     asker.hear(asker.ping(1))
-    mission.advance(min(REHEARSED_S, scenario.duration_s))
+    mission.advance(min(REHEARSED_S, mission.scenario.duration_s))
 
 
 def _listening(poses: str, bind: str, setup: "Setup", stack: ExitStack) -> "Received":

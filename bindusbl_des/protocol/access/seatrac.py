@@ -409,7 +409,7 @@ class Seatrac(Modem):
                 depth = pose.depth_m + down
                 if content.type == RESPX:
                     depth, flags = content.depth_m, flags | IS_ENHANCED
-                told += struct.pack("<3h", *(_decimetres(it) for it in (east, north, depth)))
+                told += struct.pack("<3h", *map(_decimetres, (east, north, depth)))
         begins = struct.pack(
             "<4B3hHHh", message.to, message.sender, flags, content.type, *_attitude(pose),
             max(round(10 * pose.depth_m), 0), round(10 * speed), STRENGTH_CB,
