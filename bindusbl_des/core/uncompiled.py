@@ -2,10 +2,10 @@
 
 A hundred times as slow, and line by line: for debuggers, for tools that measure coverage, and for
 tests of broken lines, each of which would otherwise be compiled first.  What differs is made the
-same where Python calls an equation: numbers have 64 bits, so that a division by zero is infinite or
-no number and not an exception, and the fields of a record are read and written as attributes; so
-have constants, and the functions of `math` that equations use.  Sines and exponentials are those of the C library
-in both, so results are mostly the same bit for bit; none is off by more than roundings.
+same where Python calls an equation: numbers, constants among them, have 64 bits, so that a division
+by zero is infinite or no number and not an exception; the fields of a record are read and written
+as attributes; the functions of `math` answer as C's do.  Sines and exponentials are those of the C
+library in both, so results are mostly the same bit for bit; none is off by more than roundings.
 """
 
 import math
