@@ -170,18 +170,6 @@ class Rule(NamedTuple):
 
 
 @compiled
-def _less(spread: Floats, gain: Floats, slopes: Floats, seen: Floats) -> None:
-    """Have (1 - K H) P in the place of P, by room for H P."""
-    write_seen(seen, slopes, spread)
-    for i in range(len(spread)):
-        for k in range(len(spread)):
-            taken = gain[0, i] * seen[0, k]
-            for n in range(1, len(slopes)):
-                taken += gain[n, i] * seen[n, k]
-            spread[i, k] -= taken
-
-
-@compiled
 def write_seen(seen: Floats, slopes: Floats, spread: Floats) -> None:
     """Write the covariances (m, k) of what goes with states by slopes H (m, k) with these, H P."""
     seen[:] = 0.0
@@ -198,15 +186,26 @@ def joseph(spread: Floats, gain: Floats, slopes: Floats, noise: Noise) -> None:
     (1 or 2, k) and a noise R, which is right for any gain.  Source: Y. Bar-Shalom, X. R. Li, T.
     Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
     """
-    (xx, yy, xy), is_pair, seen = noise, len(gain) > 1, np.empty(slopes.shape)
-    _less(spread, gain, slopes, seen)
-    _less(spread.T, gain, slopes, seen)
-    for i in range(len(spread)):
-        over, beside = gain[0, i] * xx, 0.0
-        if is_pair:
-            over, beside = over + gain[1, i] * xy, gain[0, i] * xy + gain[1, i] * yy
-        for k in range(len(spread)):
-            spread[i, k] += over * gain[0, k] + (beside * gain[1, k] if is_pair else 0.0)
+    (xx, yy, xy), count, seen = noise, len(spread), np.empty(slopes.shape)
+    write_seen(seen, slopes, spread)
+    if len(slopes) == 1:
+        for i in range(count):
+            for k in range(count):
+                spread[i, k] -= gain[0, i] * seen[0, k]
+        write_seen(seen, slopes, spread.T)
+        for i in range(count):
+            for k in range(count):
+                spread[i, k] = spread[i, k] - gain[0, k] * seen[0, i] + gain[0, i] * xx * gain[0, k]
+        return
+    for i in range(count):
+        for k in range(count):
+            spread[i, k] -= gain[0, i] * seen[0, k] + gain[1, i] * seen[1, k]
+    write_seen(seen, slopes, spread.T)
+    for i in range(count):
+        over, beside = gain[0, i] * xx + gain[1, i] * xy, gain[0, i] * xy + gain[1, i] * yy
+        for k in range(count):
+            less = gain[0, k] * seen[0, i] + gain[1, k] * seen[1, i]
+            spread[i, k] = spread[i, k] - less + (over * gain[0, k] + beside * gain[1, k])
 
 
 @compiled

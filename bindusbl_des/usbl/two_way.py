@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.arrays import Floats
-from ..core.compiled import compiled
+from ..core.compiled import compiled, inlined
 from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 from ..vehicles.motion import Motion, where
@@ -266,7 +266,7 @@ class View(NamedTuple):
     off: Vector
 
 
-@compiled
+@inlined
 def measure(
     view: View, reception: Row, carrier: int, noise: Floats, instrument: Instrument,
     errors: Systematic | None,
