@@ -141,7 +141,7 @@ VIEWS = (
 )  # fmt: skip
 
 # What a mission shows of itself, and what navigators and downlinks offer and are handed
-SHOWN = ("AuvStates", "PingUnderWay")
+SHOWN = ("AuvStates", "PingUnderWay", "Modem")
 INTERFACES = (
     "Navigator", "DeadReckoning", "Odometry", "Network", "Turn", "ping_group", "broadcast",
     "downlink_free", "until",

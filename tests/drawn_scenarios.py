@@ -25,6 +25,8 @@ from bindusbl_des.scenario.sections.survey import SHAPES
 from bindusbl_des.scenario.shipped_settings import OF_ACCURACY, OF_ANGLES
 
 SCHEMA = json_schema()
+# Modems are given apart: they leave all else as it was drawn before there were any.
+DRAWN = {name: part for name, part in SCHEMA["properties"].items() if name != "modems"}
 TINIEST = 5e-324
 
 # Keys whose values are drawn apart: a short mission of a small fleet is most of what is drawn.
@@ -59,7 +61,7 @@ LISTED: dict[tuple[str, str], list[Any]] = {
 def drawn(seed: int, folder: Path) -> dict[str, Any]:
     """Return the plain data of a scenario; its track files, if any, are written to a folder."""
     draw = random.Random(seed)
-    data: dict[str, Any] = _object(SCHEMA, draw, ())
+    data: dict[str, Any] = _object({**SCHEMA, "properties": DRAWN}, draw, ())
     data["name"] = f"drawn {seed}"
     if "duration_s" not in data or draw.random() < 0.95:
         data["duration_s"] = draw.choice(DURATIONS_S)
@@ -69,7 +71,16 @@ def drawn(seed: int, folder: Path) -> dict[str, Any]:
     if draw.random() < SETTLED:
         _settled(data, draw)
     _quieter(data, random.Random(f"quieter {seed}"))
+    _wired(data, random.Random(f"wired {seed}"))
     return data
+
+
+def _wired(data: dict[str, Any], draw: random.Random) -> None:
+    """Give vehicles modems now and then, where nothing else is to listen."""
+    protocol, navigation = data.get("protocol") or {}, data.get("navigation") or {}
+    listens = "passive" in str(protocol.get("ranging")) or {"access"} & protocol.keys()
+    if draw.random() < 0.1 and not listens and "peers" not in navigation:
+        data["modems"] = {"make": draw.choice(("seatrac", "evologics"))}
 
 
 def _quieter(data: dict[str, Any], draw: random.Random) -> None:
@@ -77,12 +88,10 @@ def _quieter(data: dict[str, Any], draw: random.Random) -> None:
     protocol, navigation = data.get("protocol") or {}, data.get("navigation") or {}
     for section, name, kept in (
         (navigation, "peers", 0.3), (data, "traffic", 0.3), (protocol, "relay", 0.4),
-        (data, "modems", 0.3),
         (protocol, "acknowledge", 0.4), (protocol, "repeat", 0.4),
     ):  # fmt: skip
         if draw.random() > kept:
             section.pop(name, None)
-    (data.get("modems") or {}).pop("lines", None)
     if "who" in (relay := protocol.get("relay") or {}):  # or a list of AUVs, each once
         relay["who"] = "all"
 

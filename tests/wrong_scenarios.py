@@ -5,7 +5,7 @@ ROUTE = "auvs: {count: 2, route: "
 ANGLE = "(>= -360 and <= 360 deg)"
 TOP = (
     "name, duration_s, survey, auvs, asvs, environment, acoustics, protocol, usbl, navigation, "
-    "traffic, record"
+    "traffic, modems, ..."
 )
 
 # Each file follows the line `name: m`, unless it begins with "!"; messages follow the file's name.

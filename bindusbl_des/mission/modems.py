@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams
-from ..protocol.access.air import SharedAir
+from ..protocol.access.air import LATE, SharedAir
 from ..protocol.access.evologics import Evologics
 from ..protocol.access.hosted import Modem, Pose, Sight
 from ..protocol.access.node import HeardSignal, Node, Steps
@@ -68,10 +68,16 @@ def _listen(modem: Modem) -> Steps:
 
 
 def _repeat(modems: Mapping[str, Modem], lines: Iterable[HostLine]) -> Steps:
-    """Let hosts say what they once said, each line at its instant."""
+    """Let hosts say what they once said, each line at its instant, after all else of that: so it
+    was as they said it.
+    """
     for line in lines:
         modem = modems[line.vehicle]
         yield modem.node.until(line.time_s)
+        last = modem.node.air.env.event()
+        last._ok, last._value = True, None
+        modem.node.air.env.schedule(last, LATE)
+        yield last
         modem.hear(line.line)
 
 

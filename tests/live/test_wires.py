@@ -249,6 +249,19 @@ def test_an_evologics_modem_delivers_and_locates() -> None:
     assert re.fullmatch(rb"RECVIM,5,4,1,ack,104000,-60,150,0.0,hello\r\n", got)
 
 
+def test_the_same_lines_offline_are_the_same_mission(tmp_path: Path) -> None:
+    """Also those that were said as statuses were told, at whole seconds."""
+    said = spoken(
+        (2.0, "ASV0", asks(0x40, 1, 4)), (5.0, "ASV0", asks(0x10)), (7.0, "AUV1", asks(0x40, 1, 4))
+    ).result()
+    said.write(tmp_path / "said")
+    keys = said.scenario.model_dump()
+    keys["modems"]["lines"] = str(tmp_path / "said" / "modem_lines.parquet")
+    again = simulate(Scenario.model_validate(keys), 1)
+    for name in ("signals", "signal_receptions", "modem_lines"):
+        assert again.arrow[name].equals(said.arrow[name]), name
+
+
 @contextmanager
 def live(*to: str, duration_s: float = 30.0) -> Iterator[tuple[list[str], "subprocess.Popen[str]"]]:
     """Have a live session at 20 times real time; yield where its modems are, and its process."""
