@@ -53,7 +53,7 @@ class Traits:
 
     def __call__(self, part: Made) -> Made:
         """Let a function or class that ships declare this: its decorator."""
-        part.traits = self  # type: ignore[attr-defined]
+        part.traits = self  # type: ignore[attr-defined]  # a function has no such attribute
         return part
 
 

@@ -353,6 +353,10 @@ def test_a_host_over_a_port_and_one_over_a_terminal() -> None:
         (("--to", "seatrac:udp:127.0.0.1:1"), "seatrac does not go to udp"),
         (("--to", "seatrac/AUV7:pty"), "there is no AUV7"),
         (("--to", "seatrac:pty", "--speed", "max"), "give --speed 1"),
+        (
+            ("--to", "seatrac:pty", "--set", "auvs={count: 15}"),
+            "modems.make: seatrac has addresses for 15 modems, and there are 16 vehicles",
+        ),
         (("--to", "seatrac:pty", "--set", "protocol.ranging=passive"), "modems: need a vehicle"),
     ],
 )

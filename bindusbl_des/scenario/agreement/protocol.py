@@ -12,6 +12,9 @@ from ..part_choice import PartChoice
 from ..site import Site
 from .vehicles import no_such_asv
 
+# How many modems of each make have an address
+MOST_MODEMS = {"seatrac": 15, "evologics": 254}
+
 
 def protocol_problems(site: Site) -> Iterator[Problem]:
     """Yield every contradiction among the keys of the protocol."""
@@ -65,6 +68,14 @@ def modems_problems(site: Site) -> Iterator[Problem]:
             "need a vehicle's ear for themselves; remove them, or what else listens: passive "
             "ranging, navigation.peers, or a protocol.access that hears others",
             ("protocol.ranging", "navigation.peers", "protocol.access"),
+        )
+    make, vehicles = scenario.modems.make, scenario.auvs.count + scenario.asvs.count
+    if vehicles > MOST_MODEMS[make]:
+        yield Problem(
+            "modems.make",
+            f"{make} has addresses for {MOST_MODEMS[make]} modems, and there are {vehicles} "
+            "vehicles; ask for fewer" + (", or for evologics" if make == "seatrac" else ""),
+            ("auvs.count", "asvs.count"),
         )
 
 
