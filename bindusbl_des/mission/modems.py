@@ -15,7 +15,7 @@ from ..core.arrays import Floats
 from ..core.streams import Purpose, Streams
 from ..protocol.access.air import LATE, SharedAir
 from ..protocol.access.evologics import Evologics
-from ..protocol.access.hosted import Modem, Pose, Sight
+from ..protocol.access.hosted import Modem, SeenDirection, SensedPose
 from ..protocol.access.node import HeardSignal, Node, Steps
 from ..protocol.access.seatrac import Seatrac
 from ..protocol.network import Network
@@ -136,16 +136,16 @@ class Sensors:
             fleet.advance(time)
         return np.array(self._vehicles[vehicle].at(time))
 
-    def pose(self, node: Node) -> Pose:
+    def pose(self, node: Node) -> SensedPose:
         """Return what a vehicle's own sensors say now."""
         time, vehicle = node.clock, node.number
         _, _, depth, yaw = self._true(vehicle, time)
         turned, pitch, roll = self._tilts * node.random.standard_normal(3)
         if vehicle < self._auvs:
             depth += pressure_errors(self._setup, self._streams, vehicle, np.array([time]))[0]
-        return Pose(float(depth), float(yaw + turned), float(pitch), float(roll))
+        return SensedPose(float(depth), float(yaw + turned), float(pitch), float(roll))
 
-    def sight(self, node: Node, heard: HeardSignal) -> Sight | None:
+    def sight(self, node: Node, heard: HeardSignal) -> SeenDirection | None:
         """Return in which direction a vehicle has seen a signal; None of those without array."""
         if node.number < self._auvs or not self._sees:
             return None
@@ -157,4 +157,4 @@ class Sensors:
         place, _ = self._usbl.locate(there[:3], here[:3], yaw, came, noise)
         north, east, down = (place - here[:3]) / max(float(np.linalg.norm(place - here[:3])), 1e-9)
         azimuth, elevation = math.atan2(east, north) - yaw, -math.asin(down)
-        return Sight(azimuth, elevation, (float(north), float(east), float(down)))
+        return SeenDirection(azimuth, elevation, (float(north), float(east), float(down)))

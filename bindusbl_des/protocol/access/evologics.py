@@ -30,7 +30,7 @@ the accuracy of what USBL reports.
 from math import asin, atan2, cos, pi, remainder, sin
 from typing import Any
 
-from .hosted import ALL, Message, Modem, Request
+from .hosted import ALL, Modem, ModemMessage, Request
 from .node import HeardSignal
 
 # The address of all, as hosts have it, and the highest of a modem.
@@ -88,7 +88,7 @@ class Evologics(Modem):
             return b"BUSY DELIVERING INSTANT MESSAGE"
         role = "asks" if asks else "tells"
         receiver = ALL if address == BROADCAST else address
-        self.send(Message(receiver, self.address, role, content), self.header_bytes + length)
+        self.send(ModemMessage(receiver, self.address, role, content), self.header_bytes + length)
         lasts = round(1e6 * self.node.lasts_s(self.header_bytes + length))
         self._report(f"SENDSTART,{address},im,{lasts},0")
         over = self.node.wait(1e-6 * lasts)
@@ -134,7 +134,7 @@ class Evologics(Modem):
 
     # The air
 
-    def told(self, heard: HeardSignal, message: Message) -> None:
+    def told(self, heard: HeardSignal, message: ModemMessage) -> None:
         lasts = round(1e6 * (heard.ended_at_s - heard.began_at_s))
         self._report("RECVSTART")
         self._report(f"RECVEND,{self._us},{lasts},{STRENGTH_DB},{INTEGRITY}")
@@ -143,10 +143,10 @@ class Evologics(Modem):
         begins = f"RECVIM,{len(message.content)},{message.sender},{to},{flag},{lasts}"
         self._report(f"{begins},{STRENGTH_DB},{INTEGRITY},0.0,".encode("ascii") + message.content)
 
-    def answer(self, asked: Message) -> tuple[Any, int]:
+    def answer(self, asked: ModemMessage) -> tuple[Any, int]:
         return b"", self.header_bytes
 
-    def answered(self, heard: HeardSignal, message: Message, way_s: float) -> None:
+    def answered(self, heard: HeardSignal, message: ModemMessage, way_s: float) -> None:
         self.way_s = way_s
         self._report(f"DELIVEREDIM,{message.sender}")
         sight = self.senses.sight(self.node, heard)

@@ -26,7 +26,7 @@ from .node import HeardSignal, Node
 ALL = 0
 
 
-class Message(NamedTuple):
+class ModemMessage(NamedTuple):
     """What one modem says to another: to and from which address, whether it tells, asks or
     answers, and what."""
 
@@ -36,7 +36,7 @@ class Message(NamedTuple):
     content: Any
 
 
-class Sight(NamedTuple):
+class SeenDirection(NamedTuple):
     """What an array measures of a signal: azimuth and elevation in the frame of its vessel (rad,
     from ahead to starboard, and up), and a vector of length 1 in that direction: north, east, down.
     """
@@ -46,7 +46,7 @@ class Sight(NamedTuple):
     direction: tuple[float, float, float]
 
 
-class Pose(NamedTuple):
+class SensedPose(NamedTuple):
     """What a vehicle's own sensors say: depth (m), yaw, pitch and roll (rad)."""
 
     depth_m: float
@@ -61,10 +61,10 @@ class Senses(Protocol):
     sound_speed: float
     travel_time_sd_s: float
 
-    def pose(self, node: Node) -> Pose:
+    def pose(self, node: Node) -> SensedPose:
         """Return what a vehicle's own sensors say now."""
 
-    def sight(self, node: Node, heard: HeardSignal) -> Sight | None:
+    def sight(self, node: Node, heard: HeardSignal) -> SeenDirection | None:
         """Return in which direction a vehicle has seen a signal; None of those without array."""
 
 
@@ -134,7 +134,7 @@ class Modem(ABC):
         """Whether it waits for an answer."""
         return self._asked is not None
 
-    def send(self, message: Message, bytes: int) -> None:
+    def send(self, message: ModemMessage, bytes: int) -> None:
         """Send a message of a size now; one that asks waits for its answer."""
         lasts = self.node.lasts_s(bytes)
         self._until = self.node.clock + lasts
@@ -153,8 +153,8 @@ class Modem(ABC):
 
     def receive(self, heard: HeardSignal) -> None:
         """Take a signal that has been decoded, now."""
-        message: Message = heard.data
-        if not isinstance(message, Message) or message.to not in (ALL, self.address):
+        message: ModemMessage = heard.data
+        if not isinstance(message, ModemMessage) or message.to not in (ALL, self.address):
             return
         if message.role == "answers":
             asked = self._asked
@@ -166,11 +166,11 @@ class Modem(ABC):
         if message.role == "asks":
             self.node.wait(self.turnaround_s).callbacks.append(lambda _: self._answer(message))
 
-    def _answer(self, asked: Message) -> None:
+    def _answer(self, asked: ModemMessage) -> None:
         """Answer a request, unless it is busy."""
         if not self.is_busy:
             content, size = self.answer(asked)
-            self.send(Message(asked.sender, self.address, "answers", content), size)
+            self.send(ModemMessage(asked.sender, self.address, "answers", content), size)
 
     def _way_s(self, heard: HeardSignal, asked: Request) -> float:
         """Return how long (s) sound took to who answered, as measured there and back."""
@@ -179,15 +179,15 @@ class Modem(ABC):
         return max(0.5 * (took + error), 0.0)
 
     @abstractmethod
-    def told(self, heard: HeardSignal, message: Message) -> None:
+    def told(self, heard: HeardSignal, message: ModemMessage) -> None:
         """Tell the host of a message, or of a request that will be answered."""
 
     @abstractmethod
-    def answer(self, asked: Message) -> tuple[Any, int]:
+    def answer(self, asked: ModemMessage) -> tuple[Any, int]:
         """Return the content of the answer to a request, and its size (bytes)."""
 
     @abstractmethod
-    def answered(self, heard: HeardSignal, message: Message, way_s: float) -> None:
+    def answered(self, heard: HeardSignal, message: ModemMessage, way_s: float) -> None:
         """Tell the host of an answer, and how far (s) away its sender is."""
 
     @abstractmethod

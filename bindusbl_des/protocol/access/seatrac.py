@@ -23,7 +23,7 @@ from math import degrees
 from typing import Any, NamedTuple
 
 from ...records.events import ModemLine
-from .hosted import ALL, Message, Modem, Pose, Request, Senses
+from .hosted import ALL, Modem, ModemMessage, Request, SensedPose, Senses
 from .node import HeardSignal, Node
 
 # Most bytes that a message carries, and the highest number of a beacon.
@@ -232,7 +232,9 @@ class Seatrac(Modem):
         )  # fmt: skip
         status = INVALID if not is_right else BUSY if self.is_busy else OK
         if status == OK:
-            said = Message(to, self.address, "asks" if asks else "tells", Content(kind, code, data))
+            said = ModemMessage(
+                to, self.address, "asks" if asks else "tells", Content(kind, code, data)
+            )
             self.send(said, self.header_bytes + len(data))
         return bytes((status,)) if code == NAV_STATUS_SEND else bytes((status, to))
 
@@ -332,14 +334,14 @@ class Seatrac(Modem):
 
     # The air
 
-    def told(self, heard: HeardSignal, message: Message) -> None:
+    def told(self, heard: HeardSignal, message: ModemMessage) -> None:
         content: Content = message.content
         fix, data = self._fix(heard, message), content.data
         if content.about == NAV_SEND:
             fix, data = fix + data[:1], data[1:]
         self._tell(SENDS[content.about].heard, self._event(message, fix, data, is_answer=False))
 
-    def answer(self, asked: Message) -> tuple[Any, int]:
+    def answer(self, asked: ModemMessage) -> tuple[Any, int]:
         pose, content, data = self.senses.pose(self.node), asked.content, b""
         if content.about == ECHO_SEND:
             data = content.data
@@ -353,7 +355,7 @@ class Seatrac(Modem):
         kind, depth = ANSWER_TO[content.type], round(2 * pose.depth_m) / 2
         return Content(kind, content.about, data, depth), self.header_bytes + len(data)
 
-    def answered(self, heard: HeardSignal, message: Message, way_s: float) -> None:
+    def answered(self, heard: HeardSignal, message: ModemMessage, way_s: float) -> None:
         content: Content = message.content
         fix, data = self._fix(heard, message, way_s), content.data
         if content.about == NAV_SEND:
@@ -366,7 +368,7 @@ class Seatrac(Modem):
     def unanswered(self, asked: Request) -> None:
         self._tell(SENDS[asked.content.about].error, bytes((TIMEOUT, asked.to)))
 
-    def _event(self, message: Message, fix: bytes, data: bytes, *, is_answer: bool) -> bytes:
+    def _event(self, message: ModemMessage, fix: bytes, data: bytes, *, is_answer: bool) -> bytes:
         """Return what a host is told of a message with some data, behind what is known of it."""
         about = message.content.about
         if about == PING_SEND:
@@ -376,14 +378,14 @@ class Seatrac(Modem):
         return fix + bytes((len(data),)) + data + (b"" if about == ECHO_SEND else b"\xff")
 
     @staticmethod
-    def _navigation(flags: int, pose: Pose) -> bytes:
+    def _navigation(flags: int, pose: SensedPose) -> bytes:
         """Return what a remote host has asked to know."""
         told = struct.pack("<i", round(10 * pose.depth_m)) if flags & DEPTH else b""
         told += struct.pack("<H", SUPPLY_MV) if flags & SUPPLY else b""
         told += struct.pack("<h", WATER_DC) if flags & TEMPERATURE else b""
         return told + (struct.pack("<3h", *_attitude(pose)) if flags & POSE else b"")
 
-    def _fix(self, heard: HeardSignal, message: Message, way_s: float | None = None) -> bytes:
+    def _fix(self, heard: HeardSignal, message: ModemMessage, way_s: float | None = None) -> bytes:
         """Return what this beacon knows of a message's sender (ACOFIX): a range if sound is known
         to have taken so long (s), a direction if it has an array and the message lets it see.
         """
@@ -429,7 +431,7 @@ def _counted(content: bytes) -> bytes:
     return content[1 : size + 1]
 
 
-def _attitude(pose: Pose) -> tuple[int, int, int]:
+def _attitude(pose: SensedPose) -> tuple[int, int, int]:
     """Return yaw, pitch and roll in tenths of degrees."""
     yaw = round(10 * (degrees(pose.yaw) % 360.0)) % 3600
     return yaw, round(10 * degrees(pose.pitch)), round(10 * degrees(pose.roll))
