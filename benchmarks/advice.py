@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from bindusbl_des import Scenario, advise, load_scenario, simulate
-from bindusbl_des.advice.advising import Trial
-from bindusbl_des.results.effects import Advice
-from bindusbl_des.scenario.files.scenario_file import Source
+from bindusbl_des.apps.advice.advising import Trial
+from bindusbl_des.core.results.effects import Advice
+from bindusbl_des.core.scenario.files.scenario_file import Source
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 ASKED = ("recovery_140m", "failure_140m", "remus_1km", "bluerov_lawnmower_60m", "harbour_current")

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from bindusbl_des.preflight.effort import machine_cores
+from bindusbl_des.apps.preflight.effort import machine_cores
 
 from .command_lines import commands
 from .missions import standard_missions

@@ -27,14 +27,14 @@ from statistics import median
 from typing import Any
 
 from bindusbl_des import Scenario, simulate
+from bindusbl_des.apps.campaigns.experiments.experiment import Experiment, ExperimentPlan
+from bindusbl_des.apps.campaigns.running import first_record
+from bindusbl_des.apps.campaigns.storage.folder import RECORD, write_json, write_scenario
+from bindusbl_des.apps.campaigns.workers.batches import Gathered, Ran, write
+from bindusbl_des.apps.campaigns.workers.supervisor import batch_of
 from bindusbl_des.benchmarks.command_lines import call
 from bindusbl_des.benchmarks.missions import standard_mission
 from bindusbl_des.benchmarks.timing import Took, clocked
-from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan
-from bindusbl_des.campaigns.running import first_record
-from bindusbl_des.campaigns.storage.folder import RECORD, write_json, write_scenario
-from bindusbl_des.campaigns.workers.batches import Gathered, Ran, write
-from bindusbl_des.campaigns.workers.supervisor import batch_of
 
 HERE = Path(__file__).resolve().parent
 

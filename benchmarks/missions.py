@@ -14,14 +14,14 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bindusbl_des.protocol.slots import (
+from bindusbl_des.core.protocol.slots import (
     DOWNLINK_GUARD,
     SHORTEST_DOWNLINK,
     SHORTEST_UPLINK,
     UPLINK_GUARD,
     crossing_time,
 )
-from bindusbl_des.scenario.scenario import Scenario
+from bindusbl_des.core.scenario.scenario import Scenario
 
 DURATION_S = 300.0
 

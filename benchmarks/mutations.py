@@ -47,11 +47,11 @@ ROOMS = {
     "protocol": ("protocol",),
     "navigation": ("navigation",),
     "verification": ("verification",),
-    "selection": ("planning/goals.py", "planning/selecting.py"),
+    "selection": ("apps/planning/goals.py", "apps/planning/selecting.py"),
     "metrics": (
-        "mission/service.py",
-        "mission/metrics.py",
-        "mission/tables.py",
+        "core/mission/service.py",
+        "core/mission/metrics.py",
+        "core/mission/tables.py",
     ),
 }
 

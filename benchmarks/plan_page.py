@@ -13,8 +13,8 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 from bindusbl_des import Setup, load_scenario
-from bindusbl_des.planning.plan_page import chart_of, plan_page
-from bindusbl_des.planning.prediction.gathering import inputs_of
+from bindusbl_des.apps.planning.plan_page import chart_of, plan_page
+from bindusbl_des.apps.planning.prediction.gathering import inputs_of
 
 # A circle of 40 m about where the first vessel is, a turn a second, for so many ms.
 DRAG = """async (lasts) => {

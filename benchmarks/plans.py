@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from bindusbl_des import Scenario, load_scenario, simulate
+from bindusbl_des.apps.campaigns.statistics.intervals import interval
+from bindusbl_des.apps.planning.goals import goals_in
 from bindusbl_des.benchmarks.command_lines import call
 from bindusbl_des.benchmarks.timing import clocked
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.planning.goals import goals_in
 
 ROOT = Path(__file__).resolve().parents[1]
 PLANS = ROOT / "experiments" / "plans"

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import bindusbl_des
-from bindusbl_des.mission.simulation import simulate
-from bindusbl_des.results.result import Result
-from bindusbl_des.results.result_folder import write_parquet
-from bindusbl_des.scenario.scenario import Scenario
+from bindusbl_des.core.mission.simulation import simulate
+from bindusbl_des.core.results.result import Result
+from bindusbl_des.core.results.result_folder import write_parquet
+from bindusbl_des.core.scenario.scenario import Scenario
 
 # Time and memory that some work takes.
 #

@@ -8,26 +8,26 @@ from typing import Any, NoReturn, TextIO
 
 import click
 
-from .commands.bench import bench
-from .commands.benchmark import benchmark
-from .commands.console import BAD_INPUT, ended_in_order
-from .commands.coverage import coverage
-from .commands.doctor import doctor
-from .commands.exports import export
-from .commands.files import init, params, presets, schema, validate
-from .commands.live import live
-from .commands.missions import explain, run
-from .commands.options import handed_on, quiet_option, shared_options
-from .commands.plan import plan
-from .commands.plot import plot
-from .commands.replaying import fit, replay
-from .commands.reports import compare, report
-from .commands.reproduction import reproduce
-from .commands.sweeps import merge, resume, status, sweep
-from .commands.timing import timing
-from .commands.verifying import verify
-from .core.process import INTERRUPTED, collect_seldom, hand_back, leave_the_rest
-from .core.wording import nearest, printable, shortened
+from .apps.commands.bench import bench
+from .apps.commands.benchmark import benchmark
+from .apps.commands.console import BAD_INPUT, ended_in_order
+from .apps.commands.coverage import coverage
+from .apps.commands.doctor import doctor
+from .apps.commands.exports import export
+from .apps.commands.files import init, params, presets, schema, validate
+from .apps.commands.live import live
+from .apps.commands.missions import explain, run
+from .apps.commands.options import handed_on, quiet_option, shared_options
+from .apps.commands.plan import plan
+from .apps.commands.plot import plot
+from .apps.commands.replaying import fit, replay
+from .apps.commands.reports import compare, report
+from .apps.commands.reproduction import reproduce
+from .apps.commands.sweeps import merge, resume, status, sweep
+from .apps.commands.timing import timing
+from .apps.commands.verifying import verify
+from .support.process import INTERRUPTED, collect_seldom, hand_back, leave_the_rest
+from .support.wording import nearest, printable, shortened
 
 # What people call commands that have another name here
 OTHER_WORDS = {"simulate": "run", "check": "validate", "view": "report", "keys": "params"}

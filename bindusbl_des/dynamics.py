@@ -1,10 +1,10 @@
-"""Hulls under the name that other programs know: :mod:`.vehicles.hulls`.
+"""Hulls under the name that other programs know: :mod:`.core.vehicles.hulls`.
 
 SI units and radians; North, East, Down; velocities over ground in body axes; yaw clockwise from
 North.
 """
 
-from .vehicles.hulls.fleet import (
+from .core.vehicles.hulls.fleet import (
     DivergenceError,
     Fleet,
     SteadyTurn,
@@ -13,8 +13,8 @@ from .vehicles.hulls.fleet import (
     steady_turn,
     trajectory,
 )
-from .vehicles.hulls.forces import Model
-from .vehicles.hulls.rk4 import MODELS
+from .core.vehicles.hulls.forces import Model
+from .core.vehicles.hulls.rk4 import MODELS
 
 __all__ = [
     "MODELS",

@@ -19,12 +19,12 @@ import simpy
 from gymnasium.spaces import Box, Discrete
 from numpy.typing import NDArray
 
-from .core.arrays import Floats
-from .mission.mission import Mission
-from .protocol.schedules.view import View
-from .scenario.files.scenario_file import as_scenario
-from .scenario.scenario import Scenario
-from .setup import Setup
+from .core.mission.mission import Mission
+from .core.protocol.view import View
+from .core.scenario.files.scenario_file import as_scenario
+from .core.scenario.scenario import Scenario
+from .core.setup import Setup
+from .support.arrays import Floats
 
 Observation = NDArray[np.float32]
 
@@ -52,7 +52,8 @@ def _observed(*parts: Any) -> Observation:
 
 
 class GymVessels:
-    """Vessels that go as they are told: a source of poses (:class:`.vehicles.poses.PoseSource`)."""
+    """Vessels that go as they are told: a source of poses
+    (:class:`.core.vehicles.poses.PoseSource`)."""
 
     def __init__(self, places: Floats, middle: Floats, farthest: float) -> None:
         """Let them lie at places (m, 2), m; they stay within a square of this half side (m) about a

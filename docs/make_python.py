@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from bindusbl_des.core.facts import cached_property
-from bindusbl_des.scenario.families import FAMILIES
+from bindusbl_des.core.scenario.families import FAMILIES
+from bindusbl_des.support.facts import cached_property
 
 # What a docstring says, as Markdown.
 

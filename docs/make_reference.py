@@ -8,10 +8,10 @@ from typing import Any
 
 import click
 
-from bindusbl_des.campaigns.experiments.experiment_file import experiment_schema
+from bindusbl_des.apps.campaigns.experiments.experiment_file import experiment_schema
 from bindusbl_des.cli import main
-from bindusbl_des.results.schemas import data_dictionary
-from bindusbl_des.scenario.keys import Key, items, keys, sections, settings
+from bindusbl_des.core.results.schemas import data_dictionary
+from bindusbl_des.core.scenario.keys import Key, items, keys, sections, settings
 
 HEAD = """\
 # Reference

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.protocol.conflicts import dsatur_groups, greedy_groups
-from bindusbl_des.verification.case import Bounds
+from bindusbl_des.apps.verification.case import Bounds
+from bindusbl_des.core.protocol.conflicts import dsatur_groups, greedy_groups
 
 Array = NDArray[np.float64]
 COLOURS = {"spatial_reuse": greedy_groups, "dsatur": dsatur_groups}

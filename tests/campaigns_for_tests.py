@@ -13,13 +13,13 @@ import pandas as pd
 import pytest
 
 from bindusbl_des import Campaign, CampaignState, Scenario, sweep
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.workers import batches
-from bindusbl_des.campaigns.workers.batches import run_batch
-from bindusbl_des.mission.metrics import AUV_METRICS, mission_metrics
-from bindusbl_des.planning import flying
-from bindusbl_des.records.metrics import Utilisation
-from bindusbl_des.results.tables import from_numbers, from_row
+from bindusbl_des.apps.campaigns import running
+from bindusbl_des.apps.campaigns.workers import batches
+from bindusbl_des.apps.campaigns.workers.batches import run_batch
+from bindusbl_des.apps.planning import flying
+from bindusbl_des.core.mission.metrics import AUV_METRICS, mission_metrics
+from bindusbl_des.core.records.metrics import Utilisation
+from bindusbl_des.core.results.tables import from_numbers, from_row
 
 
 class OneThread:

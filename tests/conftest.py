@@ -16,7 +16,7 @@ from browser_for_tests import browser, opened  # noqa: F401 (fixtures)
 from campaigns_for_tests import fly_with
 from hypothesis import settings
 
-from bindusbl_des.core.plugins import allow
+from bindusbl_des.support.plugins import allow
 
 # The first example may compile equations.  Every day a property is tried with the same examples,
 # wherever that is; with those that take minutes, with others each time.

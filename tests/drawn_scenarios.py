@@ -14,15 +14,15 @@ from typing import Any
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, Setup, simulate, warnings_of
+from bindusbl_des.apps.preflight.effort import effort
+from bindusbl_des.apps.preflight.round_lengths import rounds_of
+from bindusbl_des.core.scenario.agreement.instruments import REPLACED_BY_DRIFT
+from bindusbl_des.core.scenario.keys import json_schema
+from bindusbl_des.core.scenario.sections.acoustics import Downlink, modem_values
+from bindusbl_des.core.scenario.sections.survey import SHAPES
+from bindusbl_des.core.scenario.shipped_settings import OF_ACCURACY, OF_ANGLES
 from bindusbl_des.dynamics import parameters
-from bindusbl_des.preflight.effort import effort
-from bindusbl_des.preflight.round_lengths import rounds_of
-from bindusbl_des.presets.modems import table_file
-from bindusbl_des.scenario.agreement.instruments import REPLACED_BY_DRIFT
-from bindusbl_des.scenario.keys import json_schema
-from bindusbl_des.scenario.sections.acoustics import Downlink, modem_values
-from bindusbl_des.scenario.sections.survey import SHAPES
-from bindusbl_des.scenario.shipped_settings import OF_ACCURACY, OF_ANGLES
+from bindusbl_des.models.presets.modems import table_file
 
 SCHEMA = json_schema()
 # Modems are given apart: they leave all else as it was drawn before there were any.
@@ -40,7 +40,7 @@ WRITTEN, AT_AN_END, NULL = 0.35, 0.4, 0.3
 SETTLED = 0.9
 
 
-CURVE = str(Path(__file__).parents[1] / "bindusbl_des/presets/ahoi_delivery.csv")
+CURVE = str(Path(__file__).parents[1] / "bindusbl_des/models/presets/ahoi_delivery.csv")
 
 # Six elements in places that lean on no axis (m)
 OWN_ARRAY = [

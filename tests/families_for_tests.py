@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from bindusbl_des.core import plugins
-from bindusbl_des.core.plugins import Family
-from bindusbl_des.scenario.families import FAMILIES
+from bindusbl_des.core.scenario.families import FAMILIES
+from bindusbl_des.support import plugins
+from bindusbl_des.support.plugins import Family
 
 MISSION: dict[str, Any] = {
     "name": "m",

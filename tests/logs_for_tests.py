@@ -6,7 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bindusbl_des.recorded.log import Log, LoggedFixes, LoggedPose, Ranges, SurveyedBeacons, rotated
+from bindusbl_des.apps.recorded.log import (
+    Log,
+    LoggedFixes,
+    LoggedPose,
+    Ranges,
+    SurveyedBeacons,
+    rotated,
+)
 
 BEACONS = SurveyedBeacons(
     ("L0", "L1", "L2"), np.array([[0.0, 250.0, 0], [300.0, -50.0, 0], [50.0, -80.0, 0]])

@@ -1,7 +1,7 @@
 """Predicted errors beside simulated ones, for plans drawn at random.
 
 `python tests/predicted_for_tests.py [PLANS [SEEDS]]` prints how far apart they are, as told in
-docs/planning.md and in planning/prediction/inputs.py.
+docs/planning.md and in apps/planning/prediction/inputs.py.
 """
 
 import random
@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.planning.prediction.predicting import Prediction, predict
-from bindusbl_des.records.metrics import WORST_IS_LARGEST
+from bindusbl_des.apps.planning.prediction.gathering import inputs_of
+from bindusbl_des.apps.planning.prediction.predicting import Prediction, predict
+from bindusbl_des.core.records.metrics import WORST_IS_LARGEST
 
 __all__ = [
     "METRICS", "Compared", "compared", "drawn_plan", "inputs_of", "off", "predict",

@@ -22,17 +22,17 @@ from click.testing import CliRunner
 
 import bindusbl_des
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.statistics.differences import Verdict as PairedVerdict
-from bindusbl_des.campaigns.statistics.points_table import METRICS
+from bindusbl_des.apps.campaigns import running
+from bindusbl_des.apps.campaigns.statistics.differences import Verdict as PairedVerdict
+from bindusbl_des.apps.campaigns.statistics.points_table import METRICS
+from bindusbl_des.apps.planning import flying
+from bindusbl_des.apps.planning.selecting import Verdict as PlanVerdict
 from bindusbl_des.cli import main
-from bindusbl_des.planning import flying
-from bindusbl_des.planning.selecting import Verdict as PlanVerdict
-from bindusbl_des.records.events import OUTCOMES
-from bindusbl_des.results.schemas import data_dictionary
-from bindusbl_des.results.summary import COLUMNS
-from bindusbl_des.scenario.families import FAMILIES
-from bindusbl_des.scenario.keys import keys
+from bindusbl_des.core.records.events import OUTCOMES
+from bindusbl_des.core.results.schemas import data_dictionary
+from bindusbl_des.core.results.summary import COLUMNS
+from bindusbl_des.core.scenario.families import FAMILIES
+from bindusbl_des.core.scenario.keys import keys
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "docs"))  # programs

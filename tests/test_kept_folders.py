@@ -9,8 +9,8 @@ import pytest
 from commands_for_tests import call
 
 from bindusbl_des import load_campaign, load_result
-from bindusbl_des.campaigns.experiments.experiment import model_version
-from bindusbl_des.results.schemas import SCHEMA_VERSION
+from bindusbl_des.apps.campaigns.experiments.experiment import model_version
+from bindusbl_des.core.results.schemas import SCHEMA_VERSION
 
 WRITTEN = Path(__file__).parent / "reference" / "results_0_2"
 

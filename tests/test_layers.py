@@ -15,26 +15,18 @@ import networkx as nx
 import pytest
 
 import bindusbl_des
-from bindusbl_des.core import plugins
 
 PACKAGE = Path(__file__).parents[1] / "bindusbl_des"
 
-# From the ground to the faces; a room imports only from itself and from those before it.
+# From the ground to the faces; a room imports only from itself and from those before it.  Rooms of
+# what a mission is are in `core`, of what reasons about missions in `apps`; charts and presets are
+# in `models`, whose other folders are one room: the core knows their names alone.
 ROOMS = [
-    *("core", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
-    *("acoustics", "usbl", "navigation", "protocol", "setup", "results", "mission"),
+    *("support", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
+    *("acoustics", "usbl", "navigation", "protocol", "setup", "results", "mission", "models"),
     *("preflight", "verification", "explain", "report", "figures", "export", "live", "gym"),
-    *(
-        "recorded",
-        "campaigns",
-        "advice",
-        "planning",
-        "benchmark",
-        "commands",
-        "cli",
-        "dynamics",
-        "__main__",
-    ),
+    *("recorded", "campaigns", "advice", "planning", "benchmark", "commands"),
+    *("cli", "dynamics", "__main__"),
 ]
 
 # What commands run that is not the library: folders of the repository, which the wheel has, too.
@@ -42,25 +34,25 @@ BESIDE = ("benchmarks", "properties", "experiments")
 
 # Libraries that only these rooms and modules may import (numpy is everywhere).
 HOMES = {
-    "simpy": "protocol mission live.readings gym",
+    "simpy": "core.protocol core.mission models.access apps.live.readings gym",
     "gymnasium": "gym",
     "pettingzoo": "gym",
-    "networkx": "protocol.conflicts protocol.schedules.view",
-    "pelagic": "acoustics.table_channel",
-    "pyarrow": "acoustics.ray_tables results mission.tables mission.modems campaigns export "
-    "recorded",
-    "yaml": "core.plain_yaml",
-    "click": "cli commands",
-    "numba": "core.compiled core.packed",
-    "pydantic": "scenario campaigns results acoustics.sound_settings",  # settings
-    "pydantic_core": "scenario",
-    "matplotlib": "figures recorded",
-    "pandas": "results campaigns benchmark",
-    "foxglove": "core.mcap_log export live.ros2",
-    "gsw": "sea.water",
-    "gtsam": "recorded.replaying",
-    "mcap": "charts.recordings",
-    "mcap_protobuf": "charts.recordings",
+    "networkx": "core.protocol.conflicts core.protocol.view",
+    "pelagic": "models.channels.table_channel",
+    "pyarrow": "models.channels.ray_tables core.results core.mission.tables core.mission.modems "
+    "apps.campaigns apps.export apps.recorded",
+    "yaml": "support.plain_yaml",
+    "click": "cli apps.commands",
+    "numba": "support.compiled support.packed",
+    "pydantic": "core.scenario core.results core.acoustics.sound_settings apps.campaigns",
+    "pydantic_core": "core.scenario",
+    "matplotlib": "apps.figures apps.recorded",
+    "pandas": "core.results apps.campaigns apps.benchmark",
+    "foxglove": "support.mcap_log apps.export apps.live.ros2",
+    "gsw": "core.sea.water",
+    "gtsam": "apps.recorded.replaying",
+    "mcap": "models.charts.recordings",
+    "mcap_protobuf": "models.charts.recordings",
 }
 
 
@@ -75,6 +67,15 @@ def name_of(path: Path) -> str:
 
 
 NAMES = {name_of(path): path for path in modules()}
+
+
+def room_of(name: str) -> str:
+    """Return the room of a module, empty for the package and for what a group of rooms says."""
+    group, _, below = name.partition(".")
+    room = below.partition(".")[0]
+    if group == "models":
+        return room if room in ROOMS else group
+    return room if group in ("core", "apps") else group
 
 
 @cache
@@ -101,22 +102,18 @@ def imports(path: Path) -> tuple[set[str], set[str]]:
 
 
 def test_every_room_is_on_the_plan() -> None:
-    assert {name.split(".")[0] for name in NAMES if name} == set(ROOMS)
-
-
-def test_missions_are_known_by_the_code_of_the_rooms_that_they_are_made_of() -> None:
-    assert list(plugins.ROOMS) == ROOMS[: ROOMS.index("mission") + 1]
+    assert {room_of(name) for name in NAMES} - {""} == set(ROOMS)
 
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_room_imports_only_from_those_below(room: str) -> None:
     """Events know nothing of protocols, protocols nothing of tables, tables nothing of commands."""
-    for name in (it for it in NAMES if it.split(".")[0] == room):
+    for name in (it for it in NAMES if room_of(it) == room):
         own, others = imports(NAMES[name])
         assert "bindusbl_des" not in others, f"{name} imports modules of ours by their full names"
         beside = {it for it in own if it.split(".")[0] in BESIDE}
         assert not beside or room == "commands", f"{name} imports what is not the library: {beside}"
-        above = {it for it in own - beside if ROOMS.index(it.split(".")[0]) > ROOMS.index(room)}
+        above = {it for it in own - beside if ROOMS.index(room_of(it)) > ROOMS.index(room)}
         assert not above, f"{name} imports upwards: {above}"
         for library in others & set(HOMES):
             homes = HOMES[library].split()
@@ -132,9 +129,9 @@ def test_no_files_go_in_circles() -> None:
 # Where numbers have names: outcomes, models and kinds of columns, no places in a row; and the table
 # of motions, which as records would cost each entry 0.12 us more (6 % of a mission).
 NUMBERED = {
-    "vehicles.motion",
-    *("records.events", "protocol.access.seatrac", "results.tables", "report.recording"),
-    *("vehicles.guidance.flight", "vehicles.hulls.forces"),
+    "core.vehicles.motion",
+    *("core.records.events", "core.protocol.access.seatrac", "core.results.tables"),
+    *("core.vehicles.guidance.flight", "core.vehicles.hulls.forces", "apps.report.recording"),
 }
 
 
@@ -185,7 +182,7 @@ def test_the_files_of_the_three_ways_are_named() -> None:
     told = told.partition("### A part")[0]
     rows = re.findall(r"^\|[^|]*\| `([\w/]+\.py)` \|([^|]*)\|$", told, re.MULTILINE)
     files = [file for file, _ in rows]
-    assert files[0] == "protocol/conflicts.py"
+    assert files[0] == "core/protocol/conflicts.py"
     assert len(set(files)) > 20
     for file, words in rows:
         marked = re.findall(r"`([\w./]+)`", words)
@@ -198,22 +195,22 @@ def test_the_files_of_the_three_ways_are_named() -> None:
 # What is told of other places than those of a mission: where AUVs might be, or ASVs might go, where
 # a map shows the chance of a fix; and how long modems are busy, once all is over.
 OTHER_PLACES = {
-    *("protocol.schedules.view", "protocol.anchors.follow"),
-    *("preflight.fix_chance", "acoustics.energy"),
+    *("core.protocol.view", "core.protocol.anchors.follow"),
+    *("apps.preflight.fix_chance", "core.acoustics.energy"),
 }
 
 
 def test_within_range_is_decided_in_one_function() -> None:
     """Who is within range of whom in a mission is what `acoustics.propagation.within` says."""
-    rooms, deciding = ("acoustics", "usbl", "navigation", "protocol", "mission"), set()
+    rooms, deciding = ("acoustics", "usbl", "navigation", "protocol", "mission", "models"), set()
     for name, path in NAMES.items():
         for it in ast.walk(ast.parse(path.read_text())):
-            if isinstance(it, ast.Compare) and name.startswith(rooms):
+            if isinstance(it, ast.Compare) and room_of(name) in rooms:
                 sides = [it.left, *it.comparators]
                 is_range = re.search(r"\b(reach|[hm]f_range|range_m)\b", ast.unparse(it))
                 if is_range and not any(isinstance(side, ast.Constant) for side in sides):
                     deciding.add(name)
-    assert deciding - OTHER_PLACES == {"acoustics.propagation"}
+    assert deciding - OTHER_PLACES == {"core.acoustics.propagation"}
 
 
 def test_the_picture_of_the_house_is_that_of_its_imports() -> None:
@@ -230,7 +227,7 @@ def test_the_picture_of_the_house_is_that_of_its_imports() -> None:
     assert {box[-1] for box in boxes} == rooms
     drawn = [(room_at(boxes, *ends[:2]), room_at(boxes, *ends[2:])) for ends in arrows]
     assert len(drawn) == svg.count("marker-end")
-    lean = {(a.split(".")[0], b.split(".")[0]) for a in NAMES for b in imports(NAMES[a])[0]}
+    lean = {(room_of(a), room_of(b)) for a in NAMES for b in imports(NAMES[a])[0]}
     assert set(drawn) <= lean
     led = nx.transitive_closure(nx.DiGraph(drawn))
     assert {(a, b) for a, b in lean if a != b and {a, b} <= rooms} <= set(led.edges)
@@ -282,14 +279,14 @@ def inner_names(of: set[str]) -> list[tuple[str, str]]:
     public = {(module, name) for name, module in bindusbl_des._HOMES.items()}
     found = []
     for name, path in NAMES.items():
-        if name.split(".")[0] not in APPLICATIONS:
+        if room_of(name) not in APPLICATIONS:
             continue
         folder = path.relative_to(PACKAGE).parent.parts
         for node in ast.walk(tree(path)):
             if isinstance(node, ast.ImportFrom) and node.level:
                 above = folder[: len(folder) - node.level + 1]
                 module = ".".join([*above, *filter(None, [node.module])])
-                if module.split(".")[0] in of:
+                if room_of(module) in of:
                     found += [(module, alias.name) for alias in node.names]
     return [it for it in found if it not in public]
 
@@ -326,9 +323,9 @@ def test_tests_know_the_world_and_not_the_layout() -> None:
 
 def test_explaining_only_words_what_is_on_record() -> None:
     """It asks no part, draws nothing, searches no overlap: each was noted where it was decided."""
-    told = {other.split(".")[0] for name in NAMES if name.startswith("explain")
+    told = {room_of(other) for name in NAMES if room_of(name) == "explain"
             for other in imports(NAMES[name])[0]}  # fmt: skip
-    assert told <= {"explain", "records", "results", "core"}
+    assert told <= {"explain", "records", "results", "support"}
 
 
 # What is entered in plain Python: files, and functions with names among them.

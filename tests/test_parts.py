@@ -10,9 +10,9 @@ import pytest
 
 import bindusbl_des
 from bindusbl_des import Scenario, View, ping_group, simulate
-from bindusbl_des.protocol.network import Steps
-from bindusbl_des.scenario import families
-from bindusbl_des.scenario.sections import placements, routes
+from bindusbl_des.core.protocol.network import Steps
+from bindusbl_des.core.scenario import families
+from bindusbl_des.core.scenario.sections import placements, routes
 
 LIBRARY = Path(bindusbl_des.__file__).parent
 ROOT = Path(__file__).parents[1]
@@ -36,17 +36,17 @@ MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection"}
 
 # Where names of parts belong: registries, and the modules in which the parts work.
 HOMES = (
-    *("scenario/families.py", "commands/starters.py"),
-    *("protocol/access/", "protocol/schedules/", "protocol/downlinks.py", "protocol/ranging.py"),
-    *("protocol/broadcasters.py", "acoustics/sonar.py", "presets/", "protocol/anchors/"),
-    *("scenario/sections/routes.py", "scenario/sections/placements.py", "scenario/site.py"),
-    "vehicles/hulls/",
-    "benchmark/",  # methods that enter by their names
+    "models/",
+    *("core/protocol/access/", "core/protocol/anchors/", "core/protocol/downlinks.py"),
+    *("core/protocol/ranging.py", "core/scenario/families.py", "core/scenario/site.py"),
+    *("core/scenario/sections/routes.py", "core/scenario/sections/placements.py"),
+    *("core/vehicles/hulls/", "apps/commands/starters.py"),
+    "apps/benchmark/",  # methods that enter by their names
 )
 
 # What is left, and why.
 DEFENDED = {
-    "acoustics/sonar_equation.py: Sonar": "the part's own equations: of pings, or of frames",
+    "core/acoustics/sonar_equation.py: Sonar": "the part's own equations: of pings, or of frames",
 }
 
 

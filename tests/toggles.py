@@ -9,9 +9,9 @@ from typing import Any
 import pyarrow as pa
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.presets.modems import table_file
-from bindusbl_des.scenario.families import FAMILIES
-from bindusbl_des.scenario.keys import OWN_PART, Key, keys, settable, settings
+from bindusbl_des.core.scenario.families import FAMILIES
+from bindusbl_des.core.scenario.keys import OWN_PART, Key, keys, settable, settings
+from bindusbl_des.models.presets.modems import table_file
 
 Data = dict[str, Any]
 TRACKS = Path(__file__).parent / "reference" / "tracks"
@@ -80,7 +80,7 @@ FORMATIONS: dict[str, Data] = {
 }
 
 # What a curve is of, where one is chosen
-CURVE = str(Path(__file__).parents[1] / "bindusbl_des/presets/ahoi_delivery.csv")
+CURVE = str(Path(__file__).parents[1] / "bindusbl_des/models/presets/ahoi_delivery.csv")
 # Parts that need settings, with some
 EXAMPLES: dict[str, Data] = {
     "curve": {"model": "curve", "file": CURVE},

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bindusbl_des.planning.goals import Goal
-from bindusbl_des.planning.selecting import Choice
+from bindusbl_des.apps.planning.goals import Goal
+from bindusbl_des.apps.planning.selecting import Choice
 
 __all__ = [
     "SEEDS",

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from bindusbl_des.geometry.paths import Path, Pose, Segment
-from bindusbl_des.vehicles.guidance.departure import DeparturePlan, SteeringIntervals
-from bindusbl_des.vehicles.guidance.guided_fleet import GuidedFleet
-from bindusbl_des.vehicles.guidance.sensing import SteeringDrift
-from bindusbl_des.vehicles.reckoning import steady
+from bindusbl_des.core.geometry.paths import Path, Pose, Segment
+from bindusbl_des.core.vehicles.guidance.departure import DeparturePlan, SteeringIntervals
+from bindusbl_des.core.vehicles.guidance.guided_fleet import GuidedFleet
+from bindusbl_des.core.vehicles.guidance.sensing import SteeringDrift
+from bindusbl_des.core.vehicles.reckoning import steady
 
 
 def way(*parts: tuple[float, float], begin: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Path:

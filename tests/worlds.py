@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bindusbl_des import Mission, Scenario, Setup
-from bindusbl_des.scenario.files.scenario_file import Source
+from bindusbl_des.core.scenario.files.scenario_file import Source
 
 
 def parse_scenario(text: str, name: str = "scenario", *, overrides: Sequence[str] = ()) -> Scenario:

@@ -25,8 +25,8 @@ import numpy as np
 from ns3_uan import compiled_driver
 
 from bindusbl_des import Mission, Result, Scenario, simulate
-from bindusbl_des.protocol.access.aloha import aloha
-from bindusbl_des.protocol.access.csma import CarrierSense, csma
+from bindusbl_des.models.access.aloha import aloha
+from bindusbl_des.models.access.csma import CarrierSense, csma
 
 Case = dict[str, Any]
 Heard = list[tuple[int, float, str]]

@@ -33,6 +33,7 @@ ROOMS = {
     "live": (890, "telegrams against the clock", FACES),
     "export": (110, "MCAP, CSV, GeoJSON, KML", FACES),
     "setup": (500, "facts of a scenario", MISSION),
+    "models": (900, "parts that ship", MISSION),
     "mission": (710, "world, simulation, metrics", MISSION),
     "results": (605, "tables, folder", DATA),
     "preflight": (350, "what is known beforehand", DATA),
@@ -46,21 +47,32 @@ ROOMS = {
     "sea": (300, "sound speed, absorption", MISSION),
     "records": (490, "events and their columns", DATA),
     "charts": (680, "files of places on Earth", MISSION),
-    "core": (450, "clocks, streams, files", DATA),
+    "support": (450, "clocks, streams, files", DATA),
     "geometry": (880, "formations, coverage, paths", MISSION),
 }
+
+
+def room_of(parts: tuple[str, ...]) -> str:
+    """Return the room of a module: of `core` and `apps` a folder; charts and presets are rooms of
+    `models`, all else there is one.
+    """
+    group, room = (*parts, "")[:2]
+    inner = group in ("core", "apps") or (group == "models" and room in ROOMS)
+    return room if inner else group
 
 
 def imports() -> nx.DiGraph:
     """Return which room imports from which, without what follows from other imports."""
     found = nx.DiGraph()
     for path in LIBRARY.rglob("*.py"):
-        room, *below = path.relative_to(LIBRARY).with_suffix("").parts
+        here = path.relative_to(LIBRARY).with_suffix("").parts
+        room = room_of(here)
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.level == len(below) + 1 and room in ROOMS:
-                names = [node.module] if node.module else [it.name for it in node.names]
-                others = {str(name).partition(".")[0] for name in names} & ROOMS.keys() - {room}
-                found.add_edges_from((room, other) for other in others)
+            if isinstance(node, ast.ImportFrom) and node.level and room in ROOMS:
+                above = here[: len(here) - node.level]
+                module = (*above, *(node.module or "").split(".")) if node.module else above
+                others = {room_of((*module, name.name)) for name in node.names}
+                found.add_edges_from((room, other) for other in others & ROOMS.keys() - {room})
     return nx.transitive_reduction(found)
 
 

@@ -4,14 +4,14 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bindusbl_des.campaigns.campaign import Campaign, unfinished_campaign
-from bindusbl_des.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
-from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.campaigns.running import resume, sweep
-from bindusbl_des.campaigns.statistics.outcomes import failed_because
-from bindusbl_des.campaigns.storage.folder import RECORD, CampaignError
-from bindusbl_des.core.shipped import shipped
-from bindusbl_des.core.wording import counted
+from bindusbl_des.apps.campaigns.campaign import Campaign, unfinished_campaign
+from bindusbl_des.apps.campaigns.experiments.experiment import Experiment, ExperimentPlan, Point
+from bindusbl_des.apps.campaigns.experiments.experiment_file import load_experiment
+from bindusbl_des.apps.campaigns.running import resume, sweep
+from bindusbl_des.apps.campaigns.statistics.outcomes import failed_because
+from bindusbl_des.apps.campaigns.storage.folder import RECORD, CampaignError
+from bindusbl_des.support.shipped import shipped
+from bindusbl_des.support.wording import counted
 
 from .numbers import published
 from .readings import SWEEPS, Reading, Sets, readings

@@ -8,8 +8,8 @@ from re import split
 from string import ascii_lowercase as LETTERS
 from typing import TYPE_CHECKING
 
-from bindusbl_des.campaigns.experiments.experiment import model_version
-from bindusbl_des.results.result import versions
+from bindusbl_des.apps.campaigns.experiments.experiment import model_version
+from bindusbl_des.core.results.result import versions
 
 from . import measuring, sentences
 from .campaigns import READINGS_FOLDER, Runs

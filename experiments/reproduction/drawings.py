@@ -12,12 +12,11 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.campaigns.storage.part_rows import read_table
-from bindusbl_des.campaigns.storage.parts import TABLES
-from bindusbl_des.core.palette import COLOURS, FAINT, INK
-from bindusbl_des.figures.error import draw_errors
-from bindusbl_des.figures.style import (
+from bindusbl_des.apps.campaigns.statistics.intervals import interval
+from bindusbl_des.apps.campaigns.storage.part_rows import read_table
+from bindusbl_des.apps.campaigns.storage.parts import TABLES
+from bindusbl_des.apps.figures.error import draw_errors
+from bindusbl_des.apps.figures.style import (
     ONE_COLUMN,
     TWO_COLUMNS,
     colour_of,
@@ -27,8 +26,9 @@ from bindusbl_des.figures.style import (
     styled,
     vehicle_handles,
 )
-from bindusbl_des.figures.trajectory import draw_map, map_handles
-from bindusbl_des.results.result import Result
+from bindusbl_des.apps.figures.trajectory import draw_map, map_handles
+from bindusbl_des.core.results.result import Result
+from bindusbl_des.support.palette import COLOURS, FAINT, INK
 
 from .campaigns import Runs
 from .counting import Tally
@@ -50,7 +50,7 @@ from .sentences import (
 if TYPE_CHECKING:
     import pandas as pd
 
-    from bindusbl_des.campaigns.campaign import Campaign
+    from bindusbl_des.apps.campaigns.campaign import Campaign
 
 # Single missions: maps, errors and fixes over time.
 

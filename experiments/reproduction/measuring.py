@@ -5,9 +5,9 @@ from math import sqrt
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from bindusbl_des.acoustics.messages import airtime, payload_bytes
-from bindusbl_des.campaigns.campaign import Campaign
-from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.apps.campaigns.campaign import Campaign
+from bindusbl_des.apps.campaigns.statistics.intervals import interval
+from bindusbl_des.core.acoustics.messages import airtime, payload_bytes
 
 from .campaigns import Runs
 from .numbers import (

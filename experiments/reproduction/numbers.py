@@ -8,7 +8,7 @@ from math import sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from bindusbl_des.campaigns.statistics.intervals import interval
+from bindusbl_des.apps.campaigns.statistics.intervals import interval
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from bindusbl_des.core.wording import did_you_mean
+from bindusbl_des.support.wording import did_you_mean
 
 from .numbers import published
 

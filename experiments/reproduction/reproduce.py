@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
-from bindusbl_des.campaigns.experiments.experiment import Experiment
-from bindusbl_des.campaigns.failures import check_name
-from bindusbl_des.campaigns.storage.folder import CampaignError
-from bindusbl_des.campaigns.storage.parts import whole_file
+from bindusbl_des.apps.campaigns.experiments.experiment import Experiment
+from bindusbl_des.apps.campaigns.failures import check_name
+from bindusbl_des.apps.campaigns.storage.folder import CampaignError
+from bindusbl_des.apps.campaigns.storage.parts import whole_file
 
 from .campaigns import (
     CATALOGUE,

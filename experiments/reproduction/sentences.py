@@ -4,10 +4,10 @@ import json
 from typing import TYPE_CHECKING
 
 from bindusbl_des import Setup
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.protocol.slots import Slots
-from bindusbl_des.scenario.scenario import Scenario
+from bindusbl_des.apps.campaigns.statistics.intervals import interval
+from bindusbl_des.core.protocol.cycles import cycle
+from bindusbl_des.core.protocol.slots import Slots
+from bindusbl_des.core.scenario.scenario import Scenario
 
 from .campaigns import Runs
 from .measuring import READINGS

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.acoustics.sonar_equation import SoundMessage, chance_decoded, link_budget
-from bindusbl_des.acoustics.sound_settings import Sonar
+from bindusbl_des.core.acoustics.sonar_equation import SoundMessage, chance_decoded, link_budget
+from bindusbl_des.core.acoustics.sound_settings import Sonar
 
 HERE = Path(__file__).parent
 

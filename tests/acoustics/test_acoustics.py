@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq  # type: ignore[import-untyped,unused-ignore]
 
 from bindusbl_des import range_loss, travel_time
-from bindusbl_des.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, loss_law
+from bindusbl_des.core.acoustics.loss import COMBINERS, LOSS_LAWS, contention_loss, loss_law
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 C = 1500.0  # m/s, the paper's sound speed

@@ -11,8 +11,8 @@ from scipy import stats
 from worlds import merged, scenario, still
 
 from bindusbl_des import ScenarioError, Signals, load_scenario, simulate
-from bindusbl_des.acoustics.bursts import PAIR, burst_luck, renewed
-from bindusbl_des.acoustics.loss import chance_of
+from bindusbl_des.core.acoustics.bursts import PAIR, burst_luck, renewed
+from bindusbl_des.core.acoustics.loss import chance_of
 
 # A mean of n draws lies within so many standard deviations of what it is expected to be, but for
 # one seed in ten thousand; chi-squared sums are rarer than this as seldom.

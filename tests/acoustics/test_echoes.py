@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from worlds import holding
 
 from bindusbl_des import simulate
-from bindusbl_des.acoustics.sonar_channel import Sea, blended, bottom_reflection, echoes
+from bindusbl_des.core.acoustics.sonar_channel import Sea, blended, bottom_reflection, echoes
 
 SHALLOW = Sea(30.0)
 depths = st.floats(0.5, 29.5)

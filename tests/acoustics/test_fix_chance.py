@@ -9,8 +9,8 @@ from scipy.stats import binom  # type: ignore[import-untyped,unused-ignore]
 from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, Setup, Signals, simulate
-from bindusbl_des.geometry.coverage import coverage_map, covered_by_rings
-from bindusbl_des.preflight.fix_chance import fix_chance, heard_rings, survey_grid
+from bindusbl_des.apps.preflight.fix_chance import fix_chance, heard_rings, survey_grid
+from bindusbl_des.core.geometry.coverage import coverage_map, covered_by_rings
 
 PLACES = [(30.0, 5.0), (-40.0, 10.0), (0.0, 60.0)]
 
@@ -111,7 +111,7 @@ def test_many_asvs_are_looked_at_in_parts(monkeypatch: pytest.MonkeyPatch) -> No
     of = scenario()
     stations, grid = Setup(of).stations_m, survey_grid(Setup(of), 20)
     whole = fix_chance(Setup(of), stations, grid.middles)
-    monkeypatch.setattr("bindusbl_des.preflight.fix_chance.MOST_PAIRS", 10)
+    monkeypatch.setattr("bindusbl_des.apps.preflight.fix_chance.MOST_PAIRS", 10)
     parts = fix_chance(Setup(of), stations, grid.middles)
     assert whole is not None
     assert np.array_equal(whole, parts)

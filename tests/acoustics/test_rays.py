@@ -11,9 +11,9 @@ import pyarrow.parquet as parquet
 import pytest
 from numpy.typing import NDArray
 
-from bindusbl_des.acoustics.ray_tables import TableAxes, read_table
-from bindusbl_des.acoustics.table_channel import kept_table, traced
-from bindusbl_des.sea.water_column import Profile
+from bindusbl_des.core.sea.water_column import Profile
+from bindusbl_des.models.channels.ray_tables import TableAxes, read_table
+from bindusbl_des.models.channels.table_channel import kept_table, traced
 
 Floats = NDArray[np.float64]
 SURFACE, GRADIENT = 1480.0, 0.5

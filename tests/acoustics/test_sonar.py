@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import special, stats  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.acoustics.sonar_equation import (
+from bindusbl_des.core.acoustics.sonar_equation import (
     SoundMessage,
     ambient_noise_db,
     chance_decoded,
@@ -21,7 +21,7 @@ from bindusbl_des.acoustics.sonar_equation import (
     link_budget,
     timing_sd_s,
 )
-from bindusbl_des.acoustics.sound_settings import Sonar
+from bindusbl_des.core.acoustics.sound_settings import Sonar
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CHECKS = json.loads((REFERENCE / "physics_checks.json").read_text())

@@ -152,7 +152,7 @@ def test_a_file_that_is_no_table_is_told_before_the_mission(
 
 
 def test_without_pelagic_only_given_rays_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bindusbl_des.scenario.agreement.protocol.find_spec", lambda _: None)
+    monkeypatch.setattr("bindusbl_des.core.scenario.agreement.protocol.find_spec", lambda _: None)
     with pytest.raises(ValueError, match=r"pip install 'bindusbl-des\[bellhop\]'"):
         world("table")
     assert world({"model": "table", "rays": "sound.csv"}).acoustics.hf.channel == "table"

@@ -26,10 +26,10 @@ from bindusbl_des import (
     load_scenario,
     simulate,
 )
-from bindusbl_des.advice import advising as trials_module
-from bindusbl_des.advice.advising import Race, Trial, Trials, effect, measured, missions_for
-from bindusbl_des.advice.changes import Change, both, changed, may_be_paired, proposals
-from bindusbl_des.advice.stations import Ways
+from bindusbl_des.apps.advice import advising as trials_module
+from bindusbl_des.apps.advice.advising import Race, Trial, Trials, effect, measured, missions_for
+from bindusbl_des.apps.advice.changes import Change, both, changed, may_be_paired, proposals
+from bindusbl_des.apps.advice.stations import Ways
 
 HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
 
@@ -451,7 +451,7 @@ def test_an_interruption_keeps_the_mission(tmp_path: Path, monkeypatch: pytest.M
 
     monkeypatch.chdir(tmp_path)
     Path("f.yaml").write_text(SHORT)
-    monkeypatch.setattr("bindusbl_des.advice.advising.advise", interrupt)
+    monkeypatch.setattr("bindusbl_des.apps.advice.advising.advise", interrupt)
     outcome = call("run", "f.yaml", "--out", "o", "--advice")
     assert (outcome.exit_code, "Interrupted while changes" in outcome.stderr) == (0, True)
     assert load_result("o").advice is None

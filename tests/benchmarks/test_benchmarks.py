@@ -196,7 +196,9 @@ def test_every_module_at_work_belongs_to_a_part(name: str) -> None:
 def test_time_in_libraries_belongs_to_the_parts_that_waited_for_it() -> None:
     """A library that USBL waits 1 s for and the mission 3 s, with all it calls, is split 1 to 3."""
     package = Path(bindusbl_des.__file__).parent
-    usbl, metrics = (str(package / name) for name in ("usbl/measuring.py", "mission/metrics.py"))
+    usbl, metrics = (
+        str(package / name) for name in ("core/usbl/measuring.py", "core/mission/metrics.py")
+    )
     ours, theirs = (usbl, 1, "locate"), (metrics, 1, "auv_metrics")
     outer, inner = ("~", 0, "outer"), ("~", 0, "inner")
     calls: Any = {

@@ -566,8 +566,8 @@ def test_thousands_of_unknown_keys_are_all_told() -> None:
 
 SPINNING = """
 import numpy as np
-from bindusbl_des.core.compiled import compiled
-from bindusbl_des.core.process import answered
+from bindusbl_des.support.compiled import compiled
+from bindusbl_des.support.process import answered
 
 @compiled
 def spin(flags):

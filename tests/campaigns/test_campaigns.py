@@ -33,8 +33,8 @@ from campaigns_for_tests import (
 from commands_for_tests import call
 
 from bindusbl_des import Campaign, load_campaign, load_scenario, resume, simulate, sweep
-from bindusbl_des.campaigns.workers import batches, pools, supervisor
-from bindusbl_des.campaigns.workers.pools import Progress
+from bindusbl_des.apps.campaigns.workers import batches, pools, supervisor
+from bindusbl_des.apps.campaigns.workers.pools import Progress
 
 BASE = "name: tiny\nduration_s: 5\n"
 EXPERIMENT = "scenario: base.yaml\nvary: {asvs.count: [2, 3]}\nseeds: 8\n"

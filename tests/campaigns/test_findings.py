@@ -15,8 +15,8 @@ from campaigns_for_tests import UNSERVED, auv, hand_made, parts
 from commands_for_tests import call
 
 from bindusbl_des import Campaign, Scenario, compare, sweep
-from bindusbl_des.campaigns.statistics.findings import compared_with_best
-from bindusbl_des.campaigns.storage.parts import commit
+from bindusbl_des.apps.campaigns.statistics.findings import compared_with_best
+from bindusbl_des.apps.campaigns.storage.parts import commit
 
 Fleet = Sequence[dict[str, float | None]]
 COUNT, GAIN = "asvs.count", "navigation.filter.gain"

@@ -9,9 +9,9 @@ import pytest
 from campaigns_for_tests import Singly, cut_short, fly_with, parts, same
 
 from bindusbl_des import Campaign, load_campaign, resume, sweep
-from bindusbl_des.campaigns.storage import part_rows
-from bindusbl_des.campaigns.workers import batches
-from bindusbl_des.results import result_folder
+from bindusbl_des.apps.campaigns.storage import part_rows
+from bindusbl_des.apps.campaigns.workers import batches
+from bindusbl_des.core.results import result_folder
 
 FAILING = """
 def schedule(view):

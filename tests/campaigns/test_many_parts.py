@@ -33,9 +33,9 @@ from hypothesis import strategies as st
 from test_campaign_folders import flipped
 
 from bindusbl_des import load_campaign, resume
-from bindusbl_des.campaigns.statistics import outcomes
-from bindusbl_des.campaigns.storage import part_rows
-from bindusbl_des.campaigns.storage import parts as runs
+from bindusbl_des.apps.campaigns.statistics import outcomes
+from bindusbl_des.apps.campaigns.storage import part_rows
+from bindusbl_des.apps.campaigns.storage import parts as runs
 
 FAILS = 2  # the seed whose mission fails
 

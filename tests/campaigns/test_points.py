@@ -24,7 +24,7 @@ from bindusbl_des import (
     simulate,
     sweep,
 )
-from bindusbl_des.core import process
+from bindusbl_des.support import process
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bindusbl_des import Scenario, load_campaign, sweep
-from bindusbl_des.campaigns.experiments.experiment_points import spread
+from bindusbl_des.apps.campaigns.experiments.experiment_points import spread
 
 
 @pytest.fixture(autouse=True)

@@ -6,8 +6,8 @@ import pytest
 from campaigns_for_tests import OneThread, hand_made
 
 from bindusbl_des import Scenario, sweep
-from bindusbl_des.campaigns import running
-from bindusbl_des.campaigns.workers import batches as warming
+from bindusbl_des.apps.campaigns import running
+from bindusbl_des.apps.campaigns.workers import batches as warming
 
 
 def test_missions_of_one_kind_are_begun_once(

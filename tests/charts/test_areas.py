@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bindusbl_des.charts.areas import read_area, read_geojson
-from bindusbl_des.charts.xml_charts import read_kml
+from bindusbl_des.models.charts.areas import read_area, read_geojson
+from bindusbl_des.models.charts.xml_charts import read_kml
 
 # Four corners in Kiel fjord, [longitude, latitude], and closed.
 RING = [[10.18, 54.33], [10.185, 54.33], [10.185, 54.332], [10.18, 54.332], [10.18, 54.33]]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from worlds import scenario
 
 from bindusbl_des import Setup
-from bindusbl_des.charts.recordings import read_recording
+from bindusbl_des.models.charts.recordings import read_recording
 
 GPX = """<?xml version="1.0"?>
 <gpx version="1.1" creator="test" xmlns="http://www.topografix.com/GPX/1/1">

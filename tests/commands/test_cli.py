@@ -17,7 +17,7 @@ from commands_for_tests import call, params
 from worlds import parse_scenario
 
 from bindusbl_des import Scenario, load_result, load_scenario, simulate
-from bindusbl_des.commands.console import ended_in_order
+from bindusbl_des.apps.commands.console import ended_in_order
 
 TEMPLATES = ("starter", "paper", "still", "large")
 
@@ -338,7 +338,7 @@ def test_run_never_overwrites_before_it_is_told_to(monkeypatch: pytest.MonkeyPat
     words = ("-q", "run", "f.yaml", "--out", "o", "--json", "--no-advice")
     assert call(*words).exit_code == 0
     assert call(*words, "--force").exit_code == 0
-    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", _must_not_run)
     result = call("run", "f.yaml", "--out", "o")
     assert result.exit_code == 2
     assert result.stderr == (
@@ -351,12 +351,12 @@ def test_of_two_runs_with_one_folder_none_is_lost(monkeypatch: pytest.MonkeyPatc
     Path("f.yaml").write_text(TINY)
 
     def overtaken(*words: Any, **options: Any) -> Any:
-        monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", simulate)
+        monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", simulate)
         first = call("-q", "run", "f.yaml", "--seed", "1", "--out", "o", "--no-advice")
         assert first.exit_code == 0
         return simulate(*words, **options)
 
-    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", overtaken)
+    monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", overtaken)
     second = call("-q", "run", "f.yaml", "--seed", "2", "--out", "o", "--no-advice")
     assert (second.exit_code, second.stdout) == (2, "")
     assert second.stderr == ("o: came to exist meanwhile; what was to be written there is in o-2\n")
@@ -373,8 +373,8 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_mission(
     def refused(*_: object, **__: object) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), ".o-abc.draft")
 
-    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
-    monkeypatch.setattr("bindusbl_des.core.files.tempfile.mkdtemp", refused)
+    monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.support.files.tempfile.mkdtemp", refused)
     told = call("-q", "run", "f.yaml", "--out", "new/o")
     assert (told.exit_code, told.stderr) == (2, "new/o: cannot be written (Permission denied)\n")
     assert os.listdir() == ["f.yaml"]
@@ -387,7 +387,7 @@ def test_a_disk_that_fills_up_is_told_in_one_line(monkeypatch: pytest.MonkeyPatc
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("bindusbl_des.results.result.write_parquet", full)
+    monkeypatch.setattr("bindusbl_des.core.results.result.write_parquet", full)
     told = call("-q", "run", "f.yaml", "--out", "new/o", "--no-advice")
     assert told.exit_code == 2
     assert told.stderr == "new/o: cannot be written (No space left on device)\n"
@@ -473,7 +473,7 @@ def test_a_run_that_fails_ends_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
         raise FloatingPointError("the AUV left the sea")
 
     Path("f.yaml").write_text(TINY)
-    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", fail)
+    monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", fail)
     result = call("-q", "run", "f.yaml")
     assert (result.exit_code, result.stdout) == (1, "")
     assert result.stderr == "tiny: the run failed: the AUV left the sea\n"
@@ -487,7 +487,7 @@ def test_an_interrupted_run_ends_with_130(monkeypatch: pytest.MonkeyPatch) -> No
         raise KeyboardInterrupt
 
     Path("f.yaml").write_text(TINY)
-    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", interrupt)
+    monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", interrupt)
     result = call("-q", "run", "f.yaml")
     assert (result.exit_code, result.stderr) == (130, "interrupted\n")
 
@@ -584,7 +584,7 @@ def test_doctor_finds_this_environment_sound() -> None:
 def test_doctor_prints_the_remedy_for_what_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     """A package that is absent or too old is told with the pip line, and the exit code is 1."""
     wanted = [("numpy", "999"), ("no-such-package", "1.2")]
-    monkeypatch.setattr("bindusbl_des.commands.doctor._requirements", lambda: wanted)
+    monkeypatch.setattr("bindusbl_des.apps.commands.doctor._requirements", lambda: wanted)
     result = call("doctor")
     assert result.exit_code == 1
     assert 'missing no-such-package python -m pip install "no-such-package>=1.2"' in result.stdout
@@ -593,7 +593,7 @@ def test_doctor_prints_the_remedy_for_what_is_missing(monkeypatch: pytest.Monkey
 
 def test_doctor_survives_a_broken_mission(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever breaks in the tiny mission is a finding, no traceback."""
-    monkeypatch.setattr("bindusbl_des.mission.simulation.simulate", _must_not_run)
+    monkeypatch.setattr("bindusbl_des.core.mission.simulation.simulate", _must_not_run)
     result = call("doctor")
     assert result.exit_code == 1
     assert "broken  tiny mission    AssertionError: simulated" in result.stdout
@@ -636,8 +636,8 @@ def test_a_mission_is_not_lost_for_want_of_talk() -> None:
 
 def test_who_waits_for_compiling_hears_how_far_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each function that is compiled is told, with the time that those before it took."""
-    from bindusbl_des.core import compiled as watched
-    from bindusbl_des.core.compiled import compiled
+    from bindusbl_des.support import compiled as watched
+    from bindusbl_des.support.compiled import compiled
 
     clock = iter(range(100))
     monkeypatch.setattr(watched, "monotonic", lambda: float(next(clock)))
@@ -664,9 +664,9 @@ class Terminal(io.StringIO):
 
 def test_a_terminal_counts_the_equations_down(monkeypatch: pytest.MonkeyPatch) -> None:
     """How many are compiled and how long the rest takes, in a line that is gone in the end."""
-    from bindusbl_des.commands.console import compiling_shown
-    from bindusbl_des.core import compiled
-    from bindusbl_des.core import process as progress
+    from bindusbl_des.apps.commands.console import compiling_shown
+    from bindusbl_des.support import compiled
+    from bindusbl_des.support import process as progress
 
     screen, clock = Terminal(), iter(range(0, 1000, 5))
     monkeypatch.setattr(sys, "stderr", screen)

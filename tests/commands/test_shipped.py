@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from commands_for_tests import call
 
-from bindusbl_des.core import shipped as shipping
+from bindusbl_des.support import shipped as shipping
 
 ROOT = Path(__file__).parents[2]
 

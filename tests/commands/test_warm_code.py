@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import Scenario, load_scenario, sweep
-from bindusbl_des.campaigns.workers import batches
-from bindusbl_des.commands import doctor as warming
+from bindusbl_des.apps.campaigns.workers import batches
+from bindusbl_des.apps.commands import doctor as warming
 
 
 @pytest.mark.parametrize("kind", warming.KINDS, ids=" ".join)

@@ -10,7 +10,7 @@ from commands_for_tests import call
 from explain_for_tests import chain_of_ping
 
 from bindusbl_des import Result, Scenario, Setup, simulate
-from bindusbl_des.acoustics.channel import between
+from bindusbl_des.core.acoustics.channel import between
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from shapely import LinearRing, LineString, distance, points
 from worlds import scenario
 
 from bindusbl_des import Scenario, Setup, load_result, load_scenario, plan, simulate
-from bindusbl_des.geometry.geodesy import ned_at_depth
+from bindusbl_des.core.geometry.geodesy import ned_at_depth
 
 ORIGIN = (54.33, 10.18)
 KML = "{http://www.opengis.net/kml/2.2}"

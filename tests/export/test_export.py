@@ -22,9 +22,9 @@ from mcap_protobuf.decoder import DecoderFactory
 from worlds import QUIET_NAVIGATION, scenario
 
 from bindusbl_des import load_result, simulate
-from bindusbl_des.export import mcap_file, scenery
-from bindusbl_des.export import messages as streamed
-from bindusbl_des.geometry.geodesy import ned_from_geodetic
+from bindusbl_des.apps.export import mcap_file, scenery
+from bindusbl_des.apps.export import messages as streamed
+from bindusbl_des.core.geometry.geodesy import ned_from_geodetic
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 
@@ -455,7 +455,7 @@ def test_a_missing_extra_is_named_with_its_remedy(
     """Without foxglove-sdk the command says what to install; CSV needs nothing."""
     import sys
 
-    for name in [name for name in sys.modules if name.startswith("bindusbl_des.export.")]:
+    for name in [name for name in sys.modules if name.startswith("bindusbl_des.apps.export.")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "foxglove", None)
     outcome = invoke("export", run, "--to", "mcap", "--out", tmp_path / "a.mcap")

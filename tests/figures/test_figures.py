@@ -19,9 +19,9 @@ from scipy import stats
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, load_campaign, simulate, sweep
-from bindusbl_des.figures.style import finished
-from bindusbl_des.figures.sweeps import Levels, Means, curves, heatmap
-from bindusbl_des.results.round_timeline import downlink_slots, uplink_slots
+from bindusbl_des.apps.figures.style import finished
+from bindusbl_des.apps.figures.sweeps import Levels, Means, curves, heatmap
+from bindusbl_des.core.results.round_timeline import downlink_slots, uplink_slots
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

@@ -14,8 +14,8 @@ import pytest
 from campaigns_for_tests import WORKERS, OneThread, fly_with
 from commands_for_tests import call
 
-from bindusbl_des.commands import missions, sweeps
-from bindusbl_des.commands.console import refuse, weigh
+from bindusbl_des.apps.commands import missions, sweeps
+from bindusbl_des.apps.commands.console import refuse, weigh
 
 MASTERS = {
     "run": "run master.yaml --no-advice --out run",

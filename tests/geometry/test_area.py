@@ -10,10 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bindusbl_des import covered_area, covering_radius, formation
-from bindusbl_des.geometry.area import polygon, rectangle
-from bindusbl_des.geometry.coverage import coverage_map, is_covered, loneliest_point
-from bindusbl_des.geometry.lanes import Ruling, equal_lengths, lane_count, strips
-from bindusbl_des.geometry.routes import Turning, lawnmower
+from bindusbl_des.core.geometry.area import polygon, rectangle
+from bindusbl_des.core.geometry.coverage import coverage_map, is_covered, loneliest_point
+from bindusbl_des.core.geometry.lanes import Ruling, equal_lengths, lane_count, strips
+from bindusbl_des.core.geometry.routes import Turning, lawnmower
 
 L_SHAPE = [(0.0, 0.0), (300.0, 0.0), (300.0, 100.0), (100.0, 100.0), (100.0, 250.0), (0.0, 250.0)]
 

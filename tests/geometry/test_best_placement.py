@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bindusbl_des import covered_area, covering_radius, formation
-from bindusbl_des.geometry import covering
-from bindusbl_des.geometry.area import polygon
-from bindusbl_des.geometry.covering import max_cover
-from bindusbl_des.geometry.placement import descended, det, information, trace_of_inverse
-from bindusbl_des.planning.placement import least_ring
+from bindusbl_des.apps.planning.placement import least_ring
+from bindusbl_des.core.geometry import covering
+from bindusbl_des.core.geometry.area import polygon
+from bindusbl_des.core.geometry.covering import max_cover
+from bindusbl_des.core.geometry.placement import descended, det, information, trace_of_inverse
 
 Floats = NDArray[np.float64]
 

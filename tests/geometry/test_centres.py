@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bindusbl_des.geometry import covering
-from bindusbl_des.geometry.covering import circumscribed, diametral, enclosing_circle, k_centre
-from bindusbl_des.geometry.placement import assignment, least_sum
+from bindusbl_des.core.geometry import covering
+from bindusbl_des.core.geometry.covering import circumscribed, diametral, enclosing_circle, k_centre
+from bindusbl_des.core.geometry.placement import assignment, least_sum
 
 Floats = NDArray[np.float64]
 # On a lattice places coincide, lie in a row and four of them on one circle.

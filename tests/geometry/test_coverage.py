@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bindusbl_des import Scenario, Setup, covered_area, covering_radius, formation
-from bindusbl_des.geometry.area import rectangle
-from bindusbl_des.geometry.coverage import coverage_map, is_covered
-from bindusbl_des.geometry.formation import corner_distance, formation_radius_bound
+from bindusbl_des.core.geometry.area import rectangle
+from bindusbl_des.core.geometry.coverage import coverage_map, is_covered
+from bindusbl_des.core.geometry.formation import corner_distance, formation_radius_bound
 
 Floats = NDArray[np.float64]
 CHECKS: dict[str, Any] = json.loads(

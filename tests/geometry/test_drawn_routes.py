@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bindusbl_des import Setup, load_scenario, simulate
-from bindusbl_des.export.chart_files import write_plan
-from bindusbl_des.geometry.drawn_routes import along_route
-from bindusbl_des.geometry.paths import Path
+from bindusbl_des.apps.export.chart_files import write_plan
+from bindusbl_des.core.geometry.drawn_routes import along_route
+from bindusbl_des.core.geometry.paths import Path
 
 Points = list[tuple[float, float]]
 

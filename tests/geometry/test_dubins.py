@@ -12,9 +12,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
-from bindusbl_des.geometry import paths
-from bindusbl_des.geometry.paths import Segment, dubins_segments
-from bindusbl_des.vehicles.vehicle import kinematic
+from bindusbl_des.core.geometry import paths
+from bindusbl_des.core.geometry.paths import Segment, dubins_segments
+from bindusbl_des.core.vehicles.vehicle import kinematic
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "dubins_cases.csv"
 # The cases are written with 12 digits of lengths up to 1000 m, their pieces with 9.

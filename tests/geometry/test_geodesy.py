@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bindusbl_des.geometry.geodesy import (
+from bindusbl_des.core.geometry.geodesy import (
     ecef_from_geodetic,
     enu_covariance,
     enu_from_ned,

@@ -14,12 +14,12 @@ from voyages import way
 from worlds import lanes_over_square, scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.geometry.area import rectangle
-from bindusbl_des.geometry.lanes import Ruling, strips
-from bindusbl_des.geometry.paths import through
-from bindusbl_des.geometry.routes import lane_order, there_and_back, turn_about, waypoint_poses
-from bindusbl_des.vehicles.tracks import read_track
-from bindusbl_des.vehicles.vehicle import kinematic
+from bindusbl_des.core.geometry.area import rectangle
+from bindusbl_des.core.geometry.lanes import Ruling, strips
+from bindusbl_des.core.geometry.paths import through
+from bindusbl_des.core.geometry.routes import lane_order, there_and_back, turn_about, waypoint_poses
+from bindusbl_des.core.vehicles.tracks import read_track
+from bindusbl_des.core.vehicles.vehicle import kinematic
 
 JOIN = math.radians(20)
 

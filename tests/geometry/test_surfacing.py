@@ -11,8 +11,8 @@ from voyages import way
 from worlds import merged, scenario
 
 from bindusbl_des import Scenario, Setup, simulate
-from bindusbl_des.geometry.routes import Surfacing, surfaced
-from bindusbl_des.verification.case import Case, bounds_of
+from bindusbl_des.apps.verification.case import Case, bounds_of
+from bindusbl_des.core.geometry.routes import Surfacing, surfaced
 
 # Up and down 10 m at 45 degrees are 20 m, in circles of 5 m radius one of 31.4 m
 ASKED = Surfacing(every=100.0, radius=5.0, depth=10.0, angle=math.radians(45.0), stay=3.0)

@@ -8,9 +8,8 @@ from typing import Any
 from worlds import merged
 
 from bindusbl_des import Instruments, Mission, Scenario, Setup
-from bindusbl_des.geometry.geodesy import ned_at_depth
-from bindusbl_des.live.outputs import FORMATS, asked
-from bindusbl_des.live.readings import (
+from bindusbl_des.apps.live.outputs import FORMATS, asked
+from bindusbl_des.apps.live.readings import (
     Earth,
     EstimateReading,
     FixReading,
@@ -20,9 +19,10 @@ from bindusbl_des.live.readings import (
     UsblReading,
     earth_of,
 )
-from bindusbl_des.live.session import Output, Session
-from bindusbl_des.live.sinks import Datagrams, Terminal
-from bindusbl_des.live.ugps import Topside
+from bindusbl_des.apps.live.session import Output, Session
+from bindusbl_des.apps.live.sinks import Datagrams, Terminal
+from bindusbl_des.apps.live.ugps import Topside
+from bindusbl_des.core.geometry.geodesy import ned_at_depth
 
 # What tests of this room share of it, named once
 __all__ = [

@@ -25,7 +25,7 @@ from live_for_tests import (
 )
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from bindusbl_des.live.mavlink import (
+from bindusbl_des.apps.live.mavlink import (
     ATTITUDE,
     GLOBAL_POSITION_INT,
     GpsInputs,
@@ -34,7 +34,7 @@ from bindusbl_des.live.mavlink import (
     mavproxy,
     messages,
 )
-from bindusbl_des.live.outputs import encoder
+from bindusbl_des.apps.live.outputs import encoder
 
 # By so many seconds TAI is ahead of UTC from some instant on (NTP seconds): leap-seconds.list of
 # IERS, which expires on 2026-06-28.  GPS time is 19 s behind TAI.

@@ -26,7 +26,7 @@ from live_for_tests import (
 )
 
 from bindusbl_des import Instruments, Mission, Setup
-from bindusbl_des.live.sinks import Sink
+from bindusbl_des.apps.live.sinks import Sink
 
 GPSD = shutil.which("gpsd", path=f"{os.environ.get('PATH', '')}:/usr/sbin:/usr/local/sbin")
 

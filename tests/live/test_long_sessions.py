@@ -18,9 +18,9 @@ from bindusbl_des import Instruments, Mission, Setup
 EIGHT_HOURS = """
 import selectors, sys
 from bindusbl_des import Mission
-from bindusbl_des.live.outputs import FORMATS
-from bindusbl_des.live.readings import Instruments, earth_of
-from bindusbl_des.live.session import Output, Session
+from bindusbl_des.apps.live.outputs import FORMATS
+from bindusbl_des.apps.live.readings import Instruments, earth_of
+from bindusbl_des.apps.live.session import Output, Session
 from live_for_tests import START, at_sea
 
 def resident():

@@ -19,9 +19,9 @@ from live_for_tests import FORMATS, START, Output, Session, at_sea, earth_of, wr
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from bindusbl_des import Instruments, Mission, Setup, load_result
-from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.live.nmea import sentence
-from bindusbl_des.live.poses import Received
+from bindusbl_des.apps.live.nmea import sentence
+from bindusbl_des.apps.live.poses import Received
+from bindusbl_des.core.geometry.geodesy import geodetic_from_ned
 
 ORIGIN = (54.33, 10.18)
 
@@ -202,7 +202,7 @@ def test_a_heading_does_not_hide_that_a_place_is_missing(
     as soon as somebody could have gone there, headings in between or not.
     """
     now = 100.0
-    monkeypatch.setattr("bindusbl_des.live.poses.monotonic", lambda: now)
+    monkeypatch.setattr("bindusbl_des.apps.live.poses.monotonic", lambda: now)
 
     def place(auv: int, x: float) -> bytes:
         return b'{"vehicle": "AUV%d", "x_m": %f, "y_m": 0, "z_m": 5}' % (auv, x)

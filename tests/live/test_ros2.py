@@ -25,7 +25,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bindusbl_des import Mission
-from bindusbl_des.live.ros2 import DEFINITIONS, Bag, definition
+from bindusbl_des.apps.live.ros2 import DEFINITIONS, Bag, definition
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 
@@ -103,7 +103,7 @@ def test_a_bag_is_read_back_as_it_was_measured(tmp_path: Path, *, origin: bool) 
 
 def test_headings_are_those_of_ros() -> None:
     """North is a quarter turn from x, east none."""
-    from bindusbl_des.live.ros2 import quaternion
+    from bindusbl_des.apps.live.ros2 import quaternion
 
     assert quaternion(math.pi / 2) == (0.0, 0.0, 0.0, 1.0)
     assert quaternion(0.0)[2:] == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))

@@ -34,9 +34,9 @@ from live_for_tests import (
 )
 
 from bindusbl_des import Instruments, Mission, Setup, load_result, simulate
-from bindusbl_des.live.outputs import Opening, opened
-from bindusbl_des.live.session import Lateness
-from bindusbl_des.live.sinks import BACKLOG, MOST_CLIENTS, File, Port
+from bindusbl_des.apps.live.outputs import Opening, opened
+from bindusbl_des.apps.live.session import Lateness
+from bindusbl_des.apps.live.sinks import BACKLOG, MOST_CLIENTS, File, Port
 
 from live_for_tests import START  # isort: skip
 
@@ -71,7 +71,7 @@ def flown(sink: Any, *, speed: float, **changes: Any) -> tuple[Session, Mission,
 
 
 def opened_format(name: str) -> Any:
-    from bindusbl_des.live.outputs import FORMATS
+    from bindusbl_des.apps.live.outputs import FORMATS
 
     return FORMATS[name].make()
 
@@ -258,7 +258,7 @@ def test_a_port_does_not_ask_again_and_again_where_no_file_can_be_opened(
                 assert not selector.select(0.05)
                 port.send(b"lost\n")
                 assert not selector.select(0.05)
-            monkeypatch.setattr("bindusbl_des.live.sinks.monotonic", lambda: math.inf)
+            monkeypatch.setattr("bindusbl_des.apps.live.sinks.monotonic", lambda: math.inf)
             port.send(b"lost\n")
             served(selector)
             port.send(b"hello\n")
@@ -347,7 +347,7 @@ def test_clients_of_http_beyond_the_most_are_turned_away() -> None:
 
 def test_a_client_of_http_that_asks_nothing_is_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
     """A byte now and then is no request: who comes to no end makes room; who asks is answered."""
-    monkeypatch.setattr("bindusbl_des.live.ugps.SILENCE_S", 0.3)
+    monkeypatch.setattr("bindusbl_des.apps.live.ugps.SILENCE_S", 0.3)
     threads = threading.active_count()
     topside = Topside("ugps", "127.0.0.1", 0, "ASV0", "AUV0")
     with ExitStack() as stack:

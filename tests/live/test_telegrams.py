@@ -19,9 +19,9 @@ from live_for_tests import (
 )
 
 from bindusbl_des import simulate
-from bindusbl_des.live.nmea import _over_ground, sentences
-from bindusbl_des.live.outputs import line
-from bindusbl_des.live.readings import Compass
+from bindusbl_des.apps.live.nmea import _over_ground, sentences
+from bindusbl_des.apps.live.outputs import line
+from bindusbl_des.apps.live.readings import Compass
 
 MISSIONS: dict[str, dict[str, Any]] = {
     "paper": {},

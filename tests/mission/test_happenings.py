@@ -23,7 +23,7 @@ from bindusbl_des import (
     simulate,
     until,
 )
-from bindusbl_des.protocol.happenings import KINDS
+from bindusbl_des.core.protocol.happenings import KINDS
 
 # Where somebody waits, the band is busy: pings are lost, collide, and come in whatever order.
 BUSY: dict[str, Any] = {

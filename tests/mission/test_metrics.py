@@ -9,7 +9,7 @@ import pytest
 from worlds import scenario, still
 
 from bindusbl_des import Odometry, ScenarioError, load_scenario, simulate
-from bindusbl_des.navigation.navigators import LinearNavigator
+from bindusbl_des.core.navigation.navigators import LinearNavigator
 
 
 def test_a_ping_under_way_at_the_end_counts_for_nothing() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bindusbl_des.navigation.belief import on_circle, turn_with
+from bindusbl_des.core.navigation.belief import on_circle, turn_with
 
 
 def test_a_place_that_its_own_array_turns_goes_on_a_circle_about_the_asv() -> None:

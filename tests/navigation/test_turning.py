@@ -13,10 +13,10 @@ from missions_against import drawn_protocol, uncompiled
 from worlds import QUIET_NAVIGATION, QUIET_USBL, blank, merged, still
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.navigation.fix_update import Said
-from bindusbl_des.navigation.turning import PingBelief, turned
-from bindusbl_des.records.events import HEARD
-from bindusbl_des.records.rows import RECEPTION
+from bindusbl_des.core.navigation.fix_update import Said
+from bindusbl_des.core.navigation.turning import PingBelief, turned
+from bindusbl_des.core.records.events import HEARD
+from bindusbl_des.core.records.rows import RECEPTION
 
 DEPTH = 10.0
 

@@ -5,8 +5,8 @@ import shutil
 import subprocess
 from typing import Any
 
-from bindusbl_des.planning.plan_page import PREDICTOR
-from bindusbl_des.report.page import asset
+from bindusbl_des.apps.planning.plan_page import PREDICTOR
+from bindusbl_des.apps.report.page import asset
 
 NODE = shutil.which("node")
 # What base.js asks of a browser as it is read.

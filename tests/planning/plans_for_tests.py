@@ -10,14 +10,14 @@ from predicted_for_tests import inputs_of, predict
 from toy_selections import Choice, Goal
 
 from bindusbl_des import Scenario, formation, load_scenario, simulate
-from bindusbl_des.campaigns.statistics.intervals import interval
-from bindusbl_des.planning.plan_page import chart_of, plan_page
-from bindusbl_des.planning.prediction.inputs import STATED_ERROR, Inputs
-from bindusbl_des.planning.prediction.mapping import error_map
-from bindusbl_des.planning.prediction.rounds import Turns
-from bindusbl_des.planning.question import Asking, read_plan
-from bindusbl_des.planning.selecting import Estimate, Selection, select
-from bindusbl_des.planning.teams import Team
+from bindusbl_des.apps.campaigns.statistics.intervals import interval
+from bindusbl_des.apps.planning.plan_page import chart_of, plan_page
+from bindusbl_des.apps.planning.prediction.inputs import STATED_ERROR, Inputs
+from bindusbl_des.apps.planning.prediction.mapping import error_map
+from bindusbl_des.apps.planning.prediction.rounds import Turns
+from bindusbl_des.apps.planning.question import Asking, read_plan
+from bindusbl_des.apps.planning.selecting import Estimate, Selection, select
+from bindusbl_des.apps.planning.teams import Team
 
 # What tests of this room share of it, named once
 __all__ = [

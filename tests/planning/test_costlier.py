@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from plans_for_tests import Estimate, Goal, Selection, team_in
 
 from bindusbl_des import Scenario
-from bindusbl_des.planning.doubting import with_costlier
+from bindusbl_des.apps.planning.doubting import with_costlier
 
 Floats = NDArray[np.float64]
 GOALS = (Goal("position_error_m", below=1.0),)

@@ -14,7 +14,7 @@ from plans_for_tests import Goal, team_in
 from worlds import parse_scenario
 
 from bindusbl_des import Scenario, load_scenario, plan, simulate
-from bindusbl_des.planning.doubting import Doubt, became_of, doubted, worse
+from bindusbl_des.apps.planning.doubting import Doubt, became_of, doubted, worse
 
 Floats = NDArray[np.float64]
 SEEDS = 32  # of a condition, at most

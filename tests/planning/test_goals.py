@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plans_for_tests import Goal
 
-from bindusbl_des.planning.goals import goal_of, goals_in
+from bindusbl_des.apps.planning.goals import goal_of, goals_in
 
 NAN = float("nan")
 

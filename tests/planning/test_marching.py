@@ -9,10 +9,14 @@ from numpy.typing import NDArray
 from plans_for_tests import Inputs, Turns, inputs_of, predict
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.planning.prediction.inputs import DriftSource, PlannedWays, PredictedNavigator
-from bindusbl_des.planning.prediction.march import errors_of
-from bindusbl_des.planning.prediction.sights import Fixes
-from bindusbl_des.scenario.families import NAVIGATOR
+from bindusbl_des.apps.planning.prediction.inputs import (
+    DriftSource,
+    PlannedWays,
+    PredictedNavigator,
+)
+from bindusbl_des.apps.planning.prediction.march import errors_of
+from bindusbl_des.apps.planning.prediction.sights import Fixes
+from bindusbl_des.core.scenario.families import NAVIGATOR
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from plans_for_tests import inputs_of
 from worlds import scenario
 
 from bindusbl_des import Scenario, Setup, formation
-from bindusbl_des.planning.placement import best_ring, free_places, objective_of, reach_of
+from bindusbl_des.apps.planning.placement import best_ring, free_places, objective_of, reach_of
 
 
 def holding(*places: tuple[float, float], **changes: Any) -> Scenario:

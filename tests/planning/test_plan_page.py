@@ -9,7 +9,7 @@ from plans_for_tests import GOAL, attacked, base, chart_of, inputs_of, plan_page
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
 from bindusbl_des import Setup
-from bindusbl_des.planning.plan_page import setting, shown_first
+from bindusbl_des.apps.planning.plan_page import setting, shown_first
 
 Record = dict[str, Any]
 

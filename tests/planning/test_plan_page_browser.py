@@ -24,7 +24,7 @@ from plans_for_tests import (
 from shapely import LineString, Point, Polygon, box
 
 from bindusbl_des import Scenario, Setup, load_scenario
-from bindusbl_des.planning.prediction.predicting import Prediction
+from bindusbl_des.apps.planning.prediction.predicting import Prediction
 
 pytestmark = without_browser
 

@@ -14,10 +14,10 @@ from shapely import LineString, distance, points
 
 import bindusbl_des
 from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario, plan, simulate
-from bindusbl_des.core.wording import amount
-from bindusbl_des.export.chart_files import planned
-from bindusbl_des.planning.flying import Budget
-from bindusbl_des.planning.folder import drawn_team
+from bindusbl_des.apps.export.chart_files import planned
+from bindusbl_des.apps.planning.flying import Budget
+from bindusbl_des.apps.planning.folder import drawn_team
+from bindusbl_des.support.wording import amount
 
 TEAMS = {"asvs.count": [1, 2, 3], "protocol.schedule": ["spatial_reuse"],
          "protocol.downlink": ["sequential"], "asvs.formation.angle_deg": [0, 30]}  # fmt: skip

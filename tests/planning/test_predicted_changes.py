@@ -6,9 +6,9 @@ from dataclasses import asdict
 import pytest
 
 from bindusbl_des import load_scenario, simulate
-from bindusbl_des.planning import relief
-from bindusbl_des.planning.relief import foreseen
-from bindusbl_des.results.effects import Advice, from_data
+from bindusbl_des.apps.planning import relief
+from bindusbl_des.apps.planning.relief import foreseen
+from bindusbl_des.core.results.effects import Advice, from_data
 
 
 def test_changes_are_predicted_where_none_is_flown() -> None:

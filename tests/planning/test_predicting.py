@@ -10,11 +10,11 @@ from plans_for_tests import error_map, inputs_of, predict
 from predicted_for_tests import compared
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.planning.prediction.rounds import planned_rounds, turns_of
-from bindusbl_des.planning.prediction.sights import located, seen
-from bindusbl_des.planning.relief import IMPROVED, improved
-from bindusbl_des.preflight.fix_chance import fix_chance
-from bindusbl_des.preflight.round_lengths import rounds_of
+from bindusbl_des.apps.planning.prediction.rounds import planned_rounds, turns_of
+from bindusbl_des.apps.planning.prediction.sights import located, seen
+from bindusbl_des.apps.planning.relief import IMPROVED, improved
+from bindusbl_des.apps.preflight.fix_chance import fix_chance
+from bindusbl_des.apps.preflight.round_lengths import rounds_of
 
 SMALL: dict[str, Any] = {"name": "m", "survey": {"side_m": 60.0}, "auvs": {"count": 4}}
 

@@ -7,8 +7,8 @@ import pytest
 from plans_for_tests import Asking, Goal, read_plan
 
 from bindusbl_des import ScenarioError, load_scenario
-from bindusbl_des.campaigns.experiments.options import PythonArguments
-from bindusbl_des.planning.teams import proposed
+from bindusbl_des.apps.campaigns.experiments.options import PythonArguments
+from bindusbl_des.apps.planning.teams import proposed
 
 SCHEDULE, DOWNLINK = "protocol.schedule", "protocol.downlink"
 GOALS = (Goal("position_error_m", below=1.0),)

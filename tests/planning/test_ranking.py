@@ -3,7 +3,7 @@
 from plans_for_tests import Estimate, Goal, Selection, team_in
 
 from bindusbl_des import Scenario
-from bindusbl_des.planning.answer_text import ranked
+from bindusbl_des.apps.planning.answer_text import ranked
 
 MEANS = (0.9, 0.2, 0.4, 0.3)
 

@@ -5,9 +5,9 @@ import pytest
 from plans_for_tests import inputs_of
 
 from bindusbl_des import Setup, load_scenario
-from bindusbl_des.planning.prediction.rounds import timed, uplink_slot
-from bindusbl_des.protocol.cycles import cycle
-from bindusbl_des.scenario.families import DOWNLINK
+from bindusbl_des.apps.planning.prediction.rounds import timed, uplink_slot
+from bindusbl_des.core.protocol.cycles import cycle
+from bindusbl_des.core.scenario.families import DOWNLINK
 
 AUVS = 5
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bindusbl_des.planning.prediction.mapping import (
+from bindusbl_des.apps.planning.prediction.mapping import (
     expected_largest,
     gamma_quotient,
     mean_size,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from plans_for_tests import Turns
 
-from bindusbl_des.mission.service import fix_ages
-from bindusbl_des.planning.prediction.predicting import Waiting, waiting
+from bindusbl_des.apps.planning.prediction.predicting import Waiting, waiting
+from bindusbl_des.core.mission.service import fix_ages
 
 # How old fixes are as they come (s)
 LAG = 0.7

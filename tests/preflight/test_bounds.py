@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bindusbl_des import Setup, load_scenario
-from bindusbl_des.preflight.bounds import (
+from bindusbl_des.apps.preflight.bounds import (
     aloha_capacity,
     clique_number,
     decode_bound,
@@ -19,8 +19,8 @@ from bindusbl_des.preflight.bounds import (
     reuse_bound,
     slotted_aloha_capacity,
 )
-from bindusbl_des.protocol.conflicts import conflict_graph, dsatur_groups, greedy_groups
-from bindusbl_des.protocol.cycles import cycle
+from bindusbl_des.core.protocol.conflicts import conflict_graph, dsatur_groups, greedy_groups
+from bindusbl_des.core.protocol.cycles import cycle
 
 # Fixes per AUV and second if all share one ASV, sequential and pipelined over 60, 100 and 140 m,
 # and with frame behind frame; worked out apart from this program.

@@ -7,9 +7,9 @@ import pytest
 from commands_for_tests import call
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.preflight import effort
-from bindusbl_des.preflight import effort as machine
-from bindusbl_des.preflight.effort import Effort
+from bindusbl_des.apps.preflight import effort
+from bindusbl_des.apps.preflight import effort as machine
+from bindusbl_des.apps.preflight.effort import Effort
 
 # Peak resident memory (MB) of `run --no-advice`, files included, measured on Linux, x86-64, Python
 # 3.11, numpy 2.4, numba 0.68 with its code compiled before.

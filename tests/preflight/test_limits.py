@@ -13,11 +13,11 @@ from worlds import merged
 
 import bindusbl_des
 from bindusbl_des import Scenario, Setup, load_scenario, simulate, warnings_of
-from bindusbl_des.preflight.bounds import fewest_groups
-from bindusbl_des.preflight.limits import instants
-from bindusbl_des.preflight.round_lengths import carried_per_s
-from bindusbl_des.protocol.conflicts import GROUPINGS
-from bindusbl_des.protocol.cycles import cycle
+from bindusbl_des.apps.preflight.bounds import fewest_groups
+from bindusbl_des.apps.preflight.limits import instants
+from bindusbl_des.apps.preflight.round_lengths import carried_per_s
+from bindusbl_des.core.protocol.conflicts import GROUPINGS
+from bindusbl_des.core.protocol.cycles import cycle
 
 # Two ASVs 200 m apart, which hear 50 m: two AUVs below the one, one below the other, one too far.
 PLACES = [[0.0, 0.0], [10.0, 0.0], [200.0, 0.0], [100.0, 0.0]]
@@ -57,10 +57,10 @@ def test_rounds_of_many_lengths_are_asked_for_some(monkeypatch: pytest.MonkeyPat
         asked.append(round_)
         return cycle(*round_)
 
-    monkeypatch.setattr("bindusbl_des.preflight.limits.cycle", noted)
+    monkeypatch.setattr("bindusbl_des.apps.preflight.limits.cycle", noted)
     some = bindusbl_des.limits(crowd)
     assert len(asked) == len({*asked}) <= 2 * 17 * 17
-    monkeypatch.setattr("bindusbl_des.preflight.limits.MOST_LENGTHS", 10_000)
+    monkeypatch.setattr("bindusbl_des.apps.preflight.limits.MOST_LENGTHS", 10_000)
     every = bindusbl_des.limits(crowd)
     assert len(asked) > 4 * 17 * 17
     for name, rates in every.rates.items():
@@ -85,7 +85,7 @@ def test_large_fleets_are_looked_at_seldom_and_their_groups_bounded_without_pair
     assert looks == [121, 13, 1]
     heard = np.random.default_rng(1).random((200, 3)) < 0.2
     low, high = fewest_groups(heard)
-    monkeypatch.setattr("bindusbl_des.preflight.bounds.MOST_BY_DSATUR", 100)
+    monkeypatch.setattr("bindusbl_des.apps.preflight.bounds.MOST_BY_DSATUR", 100)
     monkeypatch.setitem(GROUPINGS, "saturation", None)
     assert fewest_groups(heard)[0] == low
     assert fewest_groups(heard)[1] >= high

@@ -25,8 +25,8 @@ from bindusbl_des import (
     simulate,
     warnings_of,
 )
-from bindusbl_des.preflight.idle_keys import RULES, idle_keys
-from bindusbl_des.preflight.warnings import read_scenario
+from bindusbl_des.apps.preflight.idle_keys import RULES, idle_keys
+from bindusbl_des.apps.preflight.warnings import read_scenario
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -108,7 +108,9 @@ OWN: dict[str, Any] = {
     "acoustics.hf.channel": "test_warnings:fading",
     "usbl.model": "test_warnings:compass",
     "navigation.filter": "test_warnings:Adrift",
-    "acoustics.mf.airtimes": str(Path(bindusbl_des.__file__).parent / "presets/s2c_airtimes.csv"),
+    "acoustics.mf.airtimes": str(
+        Path(bindusbl_des.__file__).parent / "models/presets/s2c_airtimes.csv"
+    ),
 }
 
 

@@ -10,7 +10,7 @@ from commands_for_tests import call
 
 import bindusbl_des
 from bindusbl_des import Scenario, Setup, warnings_of
-from bindusbl_des.presets.modems import airtime_table
+from bindusbl_des.models.presets.modems import airtime_table
 
 S2C = str(Path(bindusbl_des.__file__).with_name("presets") / "s2c_airtimes.csv")
 ALL = json.loads(call("presets", "--json").output)

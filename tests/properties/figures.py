@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from bindusbl_des import Result
-from bindusbl_des.records.metrics import WORST_IS_LARGEST
+from bindusbl_des.core.records.metrics import WORST_IS_LARGEST
 
 Metrics = dict[str, float]
 

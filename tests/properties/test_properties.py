@@ -17,7 +17,7 @@ from drawn_scenarios import SCHEMA, drawn
 from missions_against import collided, drawn_protocol, uncompiled
 
 from bindusbl_des import Mission, Result, Scenario, Setup, simulate, verify
-from bindusbl_des.preflight.effort import effort
+from bindusbl_des.apps.preflight.effort import effort
 from properties.books import (
     alone_on_a_band,
     causal,

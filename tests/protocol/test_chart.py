@@ -5,7 +5,7 @@ import math
 import pytest
 from voyages import way
 
-from bindusbl_des.protocol.predicted_positions import Touring
+from bindusbl_des.core.protocol.predicted_positions import Touring
 
 # There and back, on legs two metres apart.
 HAIRPIN = way((0.0, 100.0), (1.0, math.pi), (0.0, 100.0))

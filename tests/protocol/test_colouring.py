@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bindusbl_des import View
-from bindusbl_des.protocol.conflicts import dsatur_groups, greedy_groups
+from bindusbl_des.core.protocol.conflicts import dsatur_groups, greedy_groups
 
 Groups = tuple[tuple[int, ...], ...]
 SMALL_FLEET = 32  # whose groups are remembered

@@ -16,7 +16,7 @@ from worlds import merged, packets_of, scenario
 from bindusbl_des import Mission, Scenario, simulate, travel_time
 
 SPEED, PING_S = 1500.0, 0.010
-CURVE = "bindusbl_des/presets/ahoi_delivery.csv"
+CURVE = "bindusbl_des/models/presets/ahoi_delivery.csv"
 
 
 def sensing(

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from bindusbl_des import Setup, load_scenario
-from bindusbl_des.protocol.cycles import cycle
+from bindusbl_des.core.protocol.cycles import cycle
 
 
 def _uplink(slots: Any, groups: int) -> float:

@@ -33,7 +33,7 @@ from bindusbl_des import Scenario, Setup, load_result, load_scenario, simulate, 
 OWN = """
 import numpy as np
 from bindusbl_des import BroadcastView, View
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
+from bindusbl_des.core.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 def schedule(view: View):
     return [[auv] for auv in reversed(range(len(view.auvs)))]
@@ -99,7 +99,7 @@ def route(plan):
 # What is wrong with others.
 WRONG = """
 import math
-from bindusbl_des.protocol.tdma import broadcast, ping_group
+from bindusbl_des.core.protocol.tdma import broadcast, ping_group
 
 def far(view): return 3
 def minus(view): return -1
@@ -357,7 +357,7 @@ def test_a_broadcasters_mistake_is_not_the_downlinks(home: Path) -> None:
 def test_a_round_that_ends_later_is_waited_for(home: Path) -> None:
     """A downlink may return an instant that is still to come: the next round begins then."""
     (home / "own_parts.py").write_text(
-        "from bindusbl_des.protocol.tdma import broadcast, ping_group\n"
+        "from bindusbl_des.core.protocol.tdma import broadcast, ping_group\n"
         "def downlink(network, turn, time):\n"
         "    ends = yield from ping_group(network, turn, 0, time)\n"
         "    broadcast(network, turn, ends)\n"

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, paper_case, scenario, still
 
 from bindusbl_des import Mission, Result, Scenario, simulate, warnings_of
-from bindusbl_des.acoustics.messages import Messages, Modem
+from bindusbl_des.core.acoustics.messages import Messages, Modem
 
-CURVE = str(Path(__file__).parents[2] / "bindusbl_des/presets/ahoi_delivery.csv")
+CURVE = str(Path(__file__).parents[2] / "bindusbl_des/models/presets/ahoi_delivery.csv")
 MISSED = ("silent", "last_slot", "contention")
 
 # From 20 m away and 10 m deep to the vessel (s)

@@ -11,9 +11,9 @@ from commands_for_tests import each_explained
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, Signals, Slot, Sounding, View, simulate, sweep
-from bindusbl_des.protocol.ranging import nearest
-from bindusbl_des.protocol.slots import two_way_uplink_slot
-from bindusbl_des.records.events import HEARD
+from bindusbl_des.core.protocol.ranging import nearest
+from bindusbl_des.core.protocol.slots import two_way_uplink_slot
+from bindusbl_des.core.records.events import HEARD
 
 Steps = Generator[Any, Any, None]
 PING = 0.01  # s, the default

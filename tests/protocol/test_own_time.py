@@ -11,7 +11,7 @@ from families_for_tests import allow, forget, home_of
 from bindusbl_des import Scenario, load_result, simulate, sweep
 
 OWN = """
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
+from bindusbl_des.core.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 def nobody(view):
     return [[]]

@@ -39,13 +39,13 @@ from families_for_tests import (
 from pydantic import ValidationError
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, sweep
-from bindusbl_des.campaigns import running
+from bindusbl_des.apps.campaigns import running
 
 # A part of each family, called by the family's noun, and others whose settings are special.
 OWN = """
 import numpy as np
 from pydantic import BaseModel, Field
-from bindusbl_des.protocol.tdma import broadcast, downlink_free, ping_group, until
+from bindusbl_des.core.protocol.tdma import broadcast, downlink_free, ping_group, until
 
 open(__file__ + ".imported", "a").close()
 

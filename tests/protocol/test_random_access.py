@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from worlds import merged, scenario
 
 from bindusbl_des import Mission, Result, Scenario, Setup, simulate, warnings_of
-from bindusbl_des.planning.prediction.gathering import inputs_of
-from bindusbl_des.preflight.effort import effort
+from bindusbl_des.apps.planning.prediction.gathering import inputs_of
+from bindusbl_des.apps.preflight.effort import effort
 
 RANDOM_ACCESS = ["aloha", "slotted_aloha", "csma"]
 

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from worlds import merged, scenario, still
 
 from bindusbl_des import Scenario, Setup, simulate, travel_time, warnings_of
-from bindusbl_des.protocol.schedules.departures import departures
+from bindusbl_des.models.schedules.departures import departures
 
 PLACES = [[20.0, 0.0], [-36.0, 0.0], [0.0, 45.0]]
 PING, SOUND, CLEAR = 0.01, 1500.0, 0.02

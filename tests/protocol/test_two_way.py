@@ -11,7 +11,7 @@ from played_for_tests import PING, Track, at, moving, played
 from worlds import QUIET_NAVIGATION, QUIET_USBL, scenario, still
 
 from bindusbl_des import Result, Scenario, range_loss, simulate
-from bindusbl_des.usbl.two_way import own_range
+from bindusbl_des.core.usbl.two_way import own_range
 
 TWTT = {"ranging": "twtt", "tick_rate_hz": None}
 

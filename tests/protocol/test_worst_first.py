@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from worlds import scenario, still
 
 from bindusbl_des import TimedGroups, View, simulate
-from bindusbl_des.protocol.schedules.worst_first import WorstFirst, worst_first
+from bindusbl_des.models.schedules.worst_first import WorstFirst, worst_first
 
 allow(f"test_worst_first:{name}" for name in ("watching", "unequal", "uneven", "endless"))
 

@@ -9,8 +9,8 @@ import pytest
 from commands_for_tests import call
 
 from bindusbl_des import load_scenario, read_log, simulate
-from bindusbl_des.recorded.log import Receptions
-from bindusbl_des.recorded.losses import losses_of
+from bindusbl_des.apps.recorded.log import Receptions
+from bindusbl_des.apps.recorded.losses import losses_of
 
 
 def received(

@@ -14,7 +14,7 @@ from logs_for_tests import BEACONS, NO_RANGES, Sea, lost, made_up, still, write_
 from worlds import scenario
 
 from bindusbl_des import Result, fit, load_scenario, read_log, replay, simulate
-from bindusbl_des.recorded.navigating import Noise
+from bindusbl_des.apps.recorded.navigating import Noise
 
 ROOT = Path(__file__).parents[2]
 SEA = Sea()

@@ -3,8 +3,8 @@
 import pytest
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.core.wording import number, plus_minus, significant
-from bindusbl_des.records.metrics import quantity
+from bindusbl_des.core.records.metrics import quantity
+from bindusbl_des.support.wording import number, plus_minus, significant
 
 
 def test_every_metric_has_a_name() -> None:

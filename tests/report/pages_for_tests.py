@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bindusbl_des import Result
-from bindusbl_des.report.comparison import comparison_page
+from bindusbl_des.apps.report.comparison import comparison_page
 
 
 def unpacked(place: dict[str, Any], packed: str) -> np.ndarray:

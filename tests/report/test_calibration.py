@@ -10,7 +10,7 @@ from pages_for_tests import page_data
 from worlds import QUIET_NAVIGATION, paper_case, scenario
 
 from bindusbl_des import Result, simulate
-from bindusbl_des.report.calibration import calibration, independent, normalised, of_fleet
+from bindusbl_des.apps.report.calibration import calibration, independent, normalised, of_fleet
 
 CONSISTENT, UNDECIDED = "consistent", "cannot be told"
 OVERCONFIDENT, UNDERCONFIDENT = "overconfident", "underconfident"

@@ -8,7 +8,7 @@ from pages_for_tests import page_data
 from worlds import scenario
 
 from bindusbl_des import Result, Scenario, Signals, simulate
-from bindusbl_des.report.possible import expected_age
+from bindusbl_des.apps.report.possible import expected_age
 
 
 def world(**changes: Any) -> Scenario:

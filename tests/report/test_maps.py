@@ -17,8 +17,8 @@ from pages_for_tests import beside
 from worlds import scenario
 
 from bindusbl_des import Result, replay, simulate
-from bindusbl_des.geometry.geodesy import geodetic_from_ned
-from bindusbl_des.recorded.drawing import drawn
+from bindusbl_des.apps.recorded.drawing import drawn
+from bindusbl_des.core.geometry.geodesy import geodetic_from_ned
 
 ORIGIN = (54.33, 10.18)
 # A bay that opens to the north, its east side shorter than its west side.

@@ -16,8 +16,8 @@ from test_report_sweep import BASE
 from worlds import scenario
 
 from bindusbl_des import Result, load_campaign, simulate, sweep
-from bindusbl_des.core.mistakes import ScenarioWarning
-from bindusbl_des.report.page import as_script, assembled
+from bindusbl_des.apps.report.page import as_script, assembled
+from bindusbl_des.support.mistakes import ScenarioWarning
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

@@ -9,8 +9,8 @@ from pydantic import ValidationError
 from worlds import scenario, still
 
 from bindusbl_des import Scenario, simulate
-from bindusbl_des.report.possible import reached
-from bindusbl_des.report.recording import recording
+from bindusbl_des.apps.report.possible import reached
+from bindusbl_des.apps.report.recording import recording
 
 # The parts of a protocol that come with the package
 PARTS = {

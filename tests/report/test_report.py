@@ -16,8 +16,8 @@ from pages_for_tests import beside, page_data, told, unpacked
 from worlds import paper_case, scenario, still
 
 from bindusbl_des import Result, Signals, load_result, load_scenario, simulate
-from bindusbl_des.report import run_data
-from bindusbl_des.report.page import Packer
+from bindusbl_des.apps.report import run_data
+from bindusbl_des.apps.report.page import Packer
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 MEGABYTE = 1e6
@@ -467,7 +467,7 @@ def test_a_page_that_came_to_exist_is_left_as_it_is(
         (tmp_path / "page.html").write_text("precious")
         return "page"
 
-    monkeypatch.setattr("bindusbl_des.report.run_page.run_page", overtaken)
+    monkeypatch.setattr("bindusbl_des.apps.report.run_page.run_page", overtaken)
     told = call("report", str(folder), "--out", str(tmp_path / "page.html"))
     assert told.exit_code == 2
     assert "page.html: came to exist meanwhile" in told.stderr

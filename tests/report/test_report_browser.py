@@ -13,7 +13,7 @@ from pages_for_tests import beside
 from test_report_sweep import BASE, EXPERIMENT
 
 from bindusbl_des import Result, Scenario, load_scenario, simulate, sweep
-from bindusbl_des.core.wording import instant, significant, timed, with_ends, with_half
+from bindusbl_des.support.wording import instant, significant, timed, with_ends, with_half
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 pytestmark = without_browser

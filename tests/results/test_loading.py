@@ -18,7 +18,7 @@ from results_for_tests import TABLES
 from worlds import scenario
 
 from bindusbl_des import Result, load_result, simulate
-from bindusbl_des.core.wording import printable
+from bindusbl_des.support.wording import printable
 
 HARM = {
     "auv": "AUV0", "with_m": 0.5, "without_m": 0.4, "mean_m": 0.1, "low_m": 0.05, "high_m": 0.15,

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import ScenarioError, load_scenario
-from bindusbl_des.presets.modems import table_file
-from bindusbl_des.scenario.measured import read_curve
+from bindusbl_des.core.scenario.measured import read_curve
+from bindusbl_des.models.presets.modems import table_file
 
 HEAD = "range_m,delivery_ratio\n"
 

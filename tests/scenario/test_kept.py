@@ -3,7 +3,7 @@
 import pytest
 
 from bindusbl_des import Scenario
-from bindusbl_des.scenario.scenario import kept
+from bindusbl_des.core.scenario.scenario import kept
 
 
 def test_an_answer_is_kept_until_another_scenario_is_asked_about() -> None:

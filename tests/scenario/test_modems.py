@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from bindusbl_des import Scenario, ScenarioError, load_result, load_scenario, simulate, warnings_of
-from bindusbl_des.presets.modems import table_file
-from bindusbl_des.results.result import scenario_sha256
+from bindusbl_des.core.results.result import scenario_sha256
+from bindusbl_des.models.presets.modems import table_file
 
 S2C_FILE = "recovery_140m_s2c"
 

@@ -8,7 +8,7 @@ from commands_for_tests import call
 from worlds import merged
 
 from bindusbl_des import Scenario, ScenarioError, load_campaign, load_scenario
-from bindusbl_des.preflight.warnings import Reading, read_scenario
+from bindusbl_des.apps.preflight.warnings import Reading, read_scenario
 
 # section, key, value, where it belongs, the part that has it
 MOVED = [

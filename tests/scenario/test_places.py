@@ -15,7 +15,7 @@ from bindusbl_des import (
     simulate,
     warnings_of,
 )
-from bindusbl_des.geometry.geodesy import geodetic_from_ned
+from bindusbl_des.core.geometry.geodesy import geodetic_from_ned
 
 ORIGIN = (54.33, 10.18)
 LAT_LON = {"lat_deg": ORIGIN[0], "lon_deg": ORIGIN[1]}
@@ -219,7 +219,7 @@ def test_a_track_without_depths_is_at_that_of_the_survey(tmp_path: Path) -> None
 
 def test_one_file_may_hold_the_tracks_of_a_fleet(tmp_path: Path) -> None:
     """As the table `tracks` of an export does: what was flown is flown again."""
-    from bindusbl_des.results.result_folder import write_csv
+    from bindusbl_des.core.results.result_folder import write_csv
 
     first = simulate(Scenario.model_validate({"name": "m", "duration_s": 10.0}), 0)
     write_csv(first.arrow, tmp_path / "csv")

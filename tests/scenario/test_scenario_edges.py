@@ -23,9 +23,9 @@ from bindusbl_des import (
     simulate,
     sweep,
 )
-from bindusbl_des.preflight.effort import effort
-from bindusbl_des.results.result import scenario_sha256
-from bindusbl_des.scenario.keys import json_schema
+from bindusbl_des.apps.preflight.effort import effort
+from bindusbl_des.core.results.result import scenario_sha256
+from bindusbl_des.core.scenario.keys import json_schema
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

@@ -10,8 +10,8 @@ from worlds import parse_scenario
 from wrong_scenarios import HEAD, ROUTE, WRONG, text_of
 
 from bindusbl_des import Scenario, ScenarioError, load_scenario
-from bindusbl_des.core.mistakes import Mistake
-from bindusbl_des.core.plain_yaml import read_yaml, scalar
+from bindusbl_des.support.mistakes import Mistake
+from bindusbl_des.support.plain_yaml import read_yaml, scalar
 
 
 @pytest.mark.parametrize("case", WRONG)

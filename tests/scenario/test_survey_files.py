@@ -17,8 +17,8 @@ from bindusbl_des import (
     simulate,
     sweep,
 )
-from bindusbl_des.campaigns.experiments.experiment_file import load_experiment
-from bindusbl_des.geometry.geodesy import geodetic_from_ned
+from bindusbl_des.apps.campaigns.experiments.experiment_file import load_experiment
+from bindusbl_des.core.geometry.geodesy import geodetic_from_ned
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bindusbl_des import Scenario
-from bindusbl_des.scenario.scenario import GivenKeys
+from bindusbl_des.core.scenario.scenario import GivenKeys
 
 SCRIPT = """
 import pandas as pd

@@ -11,11 +11,11 @@ import pytest
 from commands_for_tests import call
 
 from bindusbl_des import Setup, load_scenario, simulate
-from bindusbl_des.charts.areas import read_area
-from bindusbl_des.charts.recordings import read_recording
-from bindusbl_des.presets.modems import airtime_table
-from bindusbl_des.scenario.measured import read_curve
-from bindusbl_des.sea.water_column import read_cast
+from bindusbl_des.core.scenario.measured import read_curve
+from bindusbl_des.core.sea.water_column import read_cast
+from bindusbl_des.models.charts.areas import read_area
+from bindusbl_des.models.charts.recordings import read_recording
+from bindusbl_des.models.presets.modems import airtime_table
 
 CASES = Path(__file__).parents[1] / "reference" / "cases"
 SAME = ["xsi_unbound.kml", "gxprefix.kml", "closed_path.kml", "closed_line.geojson"]

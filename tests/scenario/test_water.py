@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario, simulate, warnings_of
-from bindusbl_des.sea.water import USUAL_WATER
+from bindusbl_des.core.sea.water import USUAL_WATER
 
 CAST = "depth_m,temperature_c,salinity_psu\n0,18,30\n10,12,33\n25,8,34\n"
 
@@ -145,7 +145,9 @@ def test_wrong_casts_are_told_at_their_key(tmp_path: Path) -> None:
 
 
 def test_without_gsw_teos10_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bindusbl_des.scenario.agreement.instruments.find_spec", lambda _: None)
+    monkeypatch.setattr(
+        "bindusbl_des.core.scenario.agreement.instruments.find_spec", lambda _: None
+    )
     with pytest.raises(ValueError, match=r"pip install 'bindusbl-des\[ocean\]'"):
         sea(temperature_c=8.0, sound_speed_law="teos10", origin={"lat_deg": 1, "lon_deg": 2})
 

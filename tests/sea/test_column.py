@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
 
 from bindusbl_des import sound_speed
-from bindusbl_des.sea.water import sound_speed_medwin, sound_speed_teos10
-from bindusbl_des.sea.water_column import (
+from bindusbl_des.core.sea.water import sound_speed_medwin, sound_speed_teos10
+from bindusbl_des.core.sea.water_column import (
     Column,
     Profile,
     mean_speed,

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from bindusbl_des import absorption, sound_speed
-from bindusbl_des.sea.water import absorption_ainslie_mccolm, absorption_thorp, sound_speed_medwin
+from bindusbl_des.core.sea.water import (
+    absorption_ainslie_mccolm,
+    absorption_thorp,
+    sound_speed_medwin,
+)
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 

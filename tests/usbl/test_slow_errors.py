@@ -9,7 +9,7 @@ from test_systematic import NOISE_WIDTH, STATIONS, Sea
 from worlds import QUIET_USBL, scenario, still
 
 from bindusbl_des import Setup, simulate
-from bindusbl_des.usbl.systematic_effects import SLOW
+from bindusbl_des.core.usbl.systematic_effects import SLOW
 
 Array = NDArray[np.float64]
 

@@ -15,15 +15,15 @@ from hypothesis import strategies as st
 from worlds import blank, scenario
 
 from bindusbl_des import Setup
-from bindusbl_des.records.events import HEARD
-from bindusbl_des.records.rows import PING, RECEPTION
-from bindusbl_des.usbl.fixes import HeardBeacon, located_astray, measured_astray
-from bindusbl_des.usbl.fusion import fuse_shared
-from bindusbl_des.usbl.measuring import Instrument
-from bindusbl_des.usbl.systematic_effects import SLOW, SYSTEMATIC, Systematic
-from bindusbl_des.usbl.two_way import Heard
-from bindusbl_des.vehicles.motion import together
-from bindusbl_des.vehicles.vehicle import moored
+from bindusbl_des.core.records.events import HEARD
+from bindusbl_des.core.records.rows import PING, RECEPTION
+from bindusbl_des.core.usbl.fixes import HeardBeacon, located_astray, measured_astray
+from bindusbl_des.core.usbl.fusion import fuse_shared
+from bindusbl_des.core.usbl.measuring import Instrument
+from bindusbl_des.core.usbl.systematic_effects import SLOW, SYSTEMATIC, Systematic
+from bindusbl_des.core.usbl.two_way import Heard
+from bindusbl_des.core.vehicles.motion import together
+from bindusbl_des.core.vehicles.vehicle import moored
 
 Array = np.ndarray
 NONE, NOISE_WIDTH = -1, 12

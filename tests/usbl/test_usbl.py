@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from worlds import scenario
 
 from bindusbl_des import Setup, fuse
-from bindusbl_des.usbl.measuring import across_by_array, fix_covariance
+from bindusbl_des.core.usbl.measuring import across_by_array, fix_covariance
 
 CHECKS = json.loads((Path(__file__).parents[1] / "reference" / "physics_checks.json").read_text())
 NAMED = {name: Setup(scenario(usbl={"array": name})).usbl for name in ("oem5", "cross5")}

@@ -10,8 +10,8 @@ from voyages import drift, voyage, way
 from worlds import lanes_over_square, scenario
 
 from bindusbl_des import simulate
-from bindusbl_des.vehicles.guidance.departure import smallest_turn
-from bindusbl_des.vehicles.hulls.bluerov2 import share_thrust
+from bindusbl_des.core.vehicles.guidance.departure import smallest_turn
+from bindusbl_des.core.vehicles.hulls.bluerov2 import share_thrust
 
 Floats = NDArray[np.float64]
 LINE = way((0.0, 300.0))

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from voyages import way
 
-from bindusbl_des.core.compiled import compiled
-from bindusbl_des.vehicles.guidance.tracks import PROGRESS, distance_from, locate, pack
+from bindusbl_des.core.vehicles.guidance.tracks import PROGRESS, distance_from, locate, pack
+from bindusbl_des.support.compiled import compiled
 
 Floats = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des.vehicles.motion import lines, place_at
-from bindusbl_des.vehicles.poses import PosedVehicle, Poses
+from bindusbl_des.core.vehicles.motion import lines, place_at
+from bindusbl_des.core.vehicles.poses import PosedVehicle, Poses
 
 COUNTS = {"auvs": 2, "asvs": 1}
 STEP = 0.1  # s

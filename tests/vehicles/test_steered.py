@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bindusbl_des.vehicles.vehicle import Steered
+from bindusbl_des.core.vehicles.vehicle import Steered
 
 
 def test_a_vessel_goes_straight_and_rests() -> None:

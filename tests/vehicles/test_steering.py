@@ -12,7 +12,7 @@ from voyages import drift, voyage, way
 from worlds import QUIET_NAVIGATION, merged, scenario
 
 from bindusbl_des import Scenario, load_scenario, simulate
-from bindusbl_des.vehicles.guidance import sensing
+from bindusbl_des.core.vehicles.guidance import sensing
 
 Floats = NDArray[np.float64]
 SCENARIOS = FilePath(__file__).parents[2] / "scenarios"

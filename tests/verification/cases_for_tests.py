@@ -3,8 +3,8 @@
 from typing import Any
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.verification.case import Case, bounds_of
-from bindusbl_des.verification.rules import most_fixes
+from bindusbl_des.apps.verification.case import Case, bounds_of
+from bindusbl_des.apps.verification.rules import most_fixes
 
 __all__ = ["case", "case_of", "most_fixes", "scenario"]
 

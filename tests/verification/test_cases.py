@@ -11,7 +11,7 @@ from cases_for_tests import case, most_fixes, scenario
 from commands_for_tests import call
 
 from bindusbl_des import verify
-from bindusbl_des.verification.rules import (
+from bindusbl_des.apps.verification.rules import (
     call_and_answer,
     frame_spread,
     round_gap,
@@ -19,7 +19,7 @@ from bindusbl_des.verification.rules import (
     spread_s,
     widest,
 )
-from bindusbl_des.verification.witnesses import (
+from bindusbl_des.apps.verification.witnesses import (
     answer_late,
     answer_passing,
     groups_shown,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bindusbl_des import Scenario, Setup
-from bindusbl_des.verification.bounds import Beside, farthest_off
+from bindusbl_des.apps.verification.bounds import Beside, farthest_off
 
 
 @pytest.mark.parametrize(

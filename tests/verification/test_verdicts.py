@@ -14,10 +14,10 @@ from verification_cases import drawn_case
 from worlds import merged, parse_scenario
 
 from bindusbl_des import Result, Scenario, Setup, Verdict, load_scenario, simulate, verify
-from bindusbl_des.preflight.effort import effort
-from bindusbl_des.verification import playing
-from bindusbl_des.verification.playing import played
-from bindusbl_des.verification.witnesses import staged
+from bindusbl_des.apps.preflight.effort import effort
+from bindusbl_des.apps.verification import playing
+from bindusbl_des.apps.verification.playing import played
+from bindusbl_des.apps.verification.witnesses import staged
 
 # As many as it takes for every rule to accept and to refuse
 DRAWN = 60

@@ -1,0 +1,387 @@
+"""A mission, or the team of a plan, as a chart, GeoJSON, KML or GPX: the survey area, where ASVs
+lie, and where AUVs went.
+
+Lines and rings are cut where they cross 180 degrees: GeoJSON (RFC 7946, 3.1.9) asks for parts of
+which none crosses the antimeridian, and for exterior rings that go counter-clockwise (3.1.6).
+Positions are longitude and latitude (deg).
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+from xml.sax.saxutils import escape
+
+import numpy as np
+import shapely
+
+from ...core.geometry.formation import keep_station
+from ...core.geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
+from ...core.setup import Setup
+from ...support.arrays import Floats
+from ...support.files import write_text
+from ...support.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK
+
+if TYPE_CHECKING:
+    from ...core.results.result import Result
+
+
+# A range is drawn with so many corners; lanes are looked at in steps, and thinned to lines that are
+# off by no more than a chart shows (m).
+CORNERS, STEP_M, SHOWN_M = 72, 1.0, 0.25
+
+
+Position = tuple[float, float]
+Positions = list[Position]
+Places = Sequence[Sequence[float]]  # x, y (m)
+
+
+def counter_clockwise(ring: Positions) -> Positions:
+    """Return a closed ring so that its area lies to the left.
+
+    >>> counter_clockwise([(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.0, 0.0)])[1]
+    (1.0, 1.0)
+    """
+    is_so = shapely.is_ccw(shapely.linearrings(_unwrapped(ring)))
+    return ring if is_so else ring[::-1]
+
+
+def cut_line(line: Positions) -> list[Positions]:
+    """Return a line in the parts that lie between -180 and 180 degrees.
+
+    >>> cut_line([(179.0, 0.0), (-179.0, 2.0)])
+    [[(179.0, 0.0), (180.0, 1.0)], [(-180.0, 1.0), (-179.0, 2.0)]]
+    """
+    parts = [line[:1]]
+    for (lon1, lat1), (lon2, lat2) in pairwise(line):
+        if abs(lon2 - lon1) > 180.0:  # the shorter way is over the antimeridian
+            side = math.copysign(180.0, lon1)
+            gone, left = side - lon1, lon2 + side  # to it, and beyond it (deg)
+            share = gone / (gone + left) if gone + left else 0.0
+            crossing = lat1 + share * (lat2 - lat1)
+            if gone or len(parts[-1]) < 2:
+                parts[-1].append((side, crossing))
+            parts.append([(-side, crossing)])
+        parts[-1].append((lon2, lat2))
+    return parts
+
+
+def cut_ring(ring: Positions) -> list[Positions]:
+    """Return a closed ring, counter-clockwise, as those of the parts east and west of 180 degrees.
+
+    >>> [len(part) for part in cut_ring([(179., 0.), (-179., 0.), (-179., 1.), (179., 0.)])]
+    [4, 5]
+    """
+    along = _unwrapped(ring)
+    if all(abs(lon) <= 180.0 for lon, _ in along):
+        return [ring]
+    whole, cut = shapely.Polygon(along), []
+    for turn in (-360.0, 0.0, 360.0):
+        part = whole.intersection(shapely.box(turn - 180.0, -90.0, turn + 180.0, 90.0))
+        for piece in getattr(part, "geoms", [part]):
+            if piece.geom_type == "Polygon" and not piece.is_empty:
+                corners = [(lon - turn, lat) for lon, lat in piece.exterior.coords]
+                cut.append(counter_clockwise(corners))
+    return cut
+
+
+def _unwrapped(line: Positions) -> Positions:
+    """Return a line whose longitudes go on beyond 180 degrees."""
+    turn, found = 0.0, line[:1]
+    for (before, _), (lon, lat) in pairwise(line):
+        if abs(lon - before) > 180.0:
+            turn += math.copysign(360.0, before)
+        found.append((lon + turn, lat))
+    return found
+
+
+# What is drawn of each AUV: its way as it was, and as it was believed to be.
+WAYS = {"": ("x_m", "y_m"), " (estimate)": ("estimate_x_m", "estimate_y_m")}
+
+KML = """<?xml version="1.0" encoding="UTF-8"?>
+<kml xmlns="http://www.opengis.net/kml/2.2">
+<Document><name>{}</name>{}
+{}
+</Document>
+</kml>
+"""
+KML_SHAPES = {
+    "Point": "<Point><coordinates>{}</coordinates></Point>",
+    "LineString": "<LineString><coordinates>{}</coordinates></LineString>",
+    "Polygon": "<Polygon><outerBoundaryIs><LinearRing><coordinates>{}</coordinates></LinearRing>"
+    "</outerBoundaryIs></Polygon>",
+}
+
+
+# How KML draws what is on a chart, over the dark sea of a satellite's picture: colour, opacity and
+# width (pixels) of its lines, and the folder that it is in.  Areas are outlines, and cover nothing.
+AREA, VESSEL, HF, MF = "area", "vessel", "hf", "mf"
+
+
+class Look(NamedTuple):
+    """How a kind of shape is drawn, and in which folder it is."""
+
+    folder: str
+    colour: str
+    width: float = 2.0
+    opacity: float = 1.0
+
+
+LOOKS = {
+    AREA: Look("survey", "#ffffff", 2.5),
+    VESSEL: Look("vessels", "#fee838"),
+    HF: Look("HF ranges", HF_ON_DARK),
+    MF: Look("MF ranges", MF_ON_DARK, 1.5),
+    **{f"auv{n}": Look("AUVs", code, 2.5) for n, code in enumerate(COLOURS_ON_DARK)},
+    **{f"estimate{n}": Look("estimates", code, 1.5, 0.7) for n, code in enumerate(COLOURS_ON_DARK)},
+}
+
+
+class Drawn(NamedTuple):
+    """A shape of a chart: its kind as GeoJSON and KML call it, its name, and its positions,
+    longitude and latitude (deg), of a polygon closed and counter-clockwise; which of LOOKS it has,
+    and what there is to say about it.
+    """
+
+    kind: str
+    name: str
+    positions: Positions
+    look: str = AREA
+    about: str = ""
+
+
+def _of_auv(kind: str, number: int) -> str:
+    return f"{kind}{number % len(COLOURS_ON_DARK)}"
+
+
+def write_chart(
+    result: "Result", path: Path, kind: str, *, replace: bool = True
+) -> Mapping[str, int]:
+    """Write a mission as a chart, "geojson" or "kml"; return how many shapes of each kind it has.
+
+    Raises:
+        ValueError: when the scenario is nowhere on Earth.
+        FileExistsError: when the file is there, and not to be replaced.
+        OSError: when it cannot be written.
+    """
+    about = f"Mission of seed {result.seed}."
+    return _written(result.scenario.name, about, list(drawn(result)), path, kind, replace)
+
+
+def write_plan(
+    setup: Setup,
+    path: Path,
+    kind: str,
+    *,
+    about: str = "",
+    ways: Sequence[Places] = (),
+    replace: bool = True,
+) -> Mapping[str, int]:
+    """Write vessels, their ranges and the AUVs' lanes as a chart, "geojson", "kml" or "gpx"; errors
+    as :func:`write_chart`.
+
+    `about` is what the plan says, which vessels are told with; `ways` (n, 2), m, are those of
+    vessels that move.
+    """
+    shapes = list(planned(setup, about, ways))
+    return _written(setup.scenario.name, about, shapes, path, kind, replace)
+
+
+def _written(
+    name: str, about: str, shapes: list[Drawn], path: Path, kind: str, replace: bool
+) -> Mapping[str, int]:
+    write_text(path, WRITERS[kind](name, about, shapes), replace=replace)
+    kinds = [shape.kind for shape in shapes]
+    return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
+
+
+def drawn(result: "Result") -> Iterator[Drawn]:
+    """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs and
+    of ASVs that move: points, too, where a single place is known, as no line has one alone (3.1.4).
+    """
+    on_earth = _earthly(result.setup)
+    yield _survey(result.setup)
+    for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
+        places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
+        if str(name).startswith("ASV"):
+            yield _vessel(str(name), on_earth(places[""][:1].tolist()))
+            if not keep_station([places[""]], result.scenario.acoustics.hf.range_m):
+                gone = on_earth(places[""].tolist())
+                yield Drawn("LineString", f"{name} (way)", gone, VESSEL)
+            continue
+        kind, number = "LineString" if len(track) > 1 else "Point", int(str(name)[3:])
+        for told, way in places.items():
+            look = _of_auv("estimate" if told else "auv", number)
+            yield Drawn(kind, f"{name}{told}", on_earth(way.tolist()), look)
+
+
+def _vessel(name: str, positions: Positions, about: str = "") -> Drawn:
+    """Return the pin of a vessel, which says where it is."""
+    [(lon, lat)] = positions
+    said = (degrees_text(lat, lon), minutes_text(lat, lon), about)
+    return Drawn("Point", name, positions, VESSEL, "\n".join(filter(None, said)))
+
+
+def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Iterator[Drawn]:
+    """Yield the survey area, a point for each ASV that keeps station, rings of its HF and MF range,
+    and the lanes that AUVs are to go, thinned to what a chart shows; of ASVs that move where they
+    begin, and their `ways` (n, 2), m.
+    """
+    scenario = setup.scenario
+    on_earth = _earthly(setup)
+    yield _survey(setup)
+    for number, way in enumerate(ways):
+        yield _vessel(f"ASV{number}", on_earth(way[:1]), f"It moves; here it begins.\n{about}")
+        yield Drawn("LineString", f"ASV{number} (way)", on_earth(way), VESSEL)
+    bands = [("HF", HF, setup.horizontal_reach_m)]
+    if scenario.protocol.sends_frames:
+        bands.append(("MF", MF, setup.horizontal_mf_reach_m))
+    around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
+    for number, (x, y) in enumerate(setup.kept_stations_m):
+        yield _vessel(f"ASV{number}", on_earth([(x, y)]), about)
+        for band, look, reach in bands:
+            corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
+            circle = counter_clockwise(on_earth(corners.tolist()))
+            yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
+    if not scenario.auvs.route.is_flown:
+        return
+    for number, plan in enumerate(setup.plans):
+        path = plan.path
+        steps = max(int(np.ceil(path.length / STEP_M)), 2)
+        lane = thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2])
+        look = _of_auv("auv", number)
+        yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()), look)
+
+
+def thinned(places: Floats) -> Floats:
+    """Return the corners (m) of a line (n, 2) from which no place lies further off than a chart
+    shows.  Source: Douglas and Peucker (1973), Cartographica 10:112.
+
+    >>> thinned(np.array([[0.0, 0.0], [1.0, 0.1], [2.0, 0.0], [2.0, 5.0]])).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 5.0]]
+    """
+    line = shapely.simplify(shapely.LineString(places), SHOWN_M, preserve_topology=False)
+    return np.asarray(shapely.get_coordinates(line))
+
+
+def _earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
+    """Return what places (m) of a scenario are on Earth: longitude and latitude (deg)."""
+    origin = setup.origin_deg
+    if origin is None:
+        raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
+
+    def on_earth(places: Iterable[Sequence[float]]) -> Positions:
+        found = (geodetic_from_ned((*place, 0.0), *origin) for place in places)
+        return [(lon, lat) for lat, lon, _ in found]
+
+    return on_earth
+
+
+def _survey(setup: Setup) -> Drawn:
+    outline = setup.area.outline
+    ring = _earthly(setup)([*outline, outline[0]])
+    return Drawn("Polygon", "survey area", counter_clockwise(ring))
+
+
+def _geojson(name: str, about: str, shapes: list[Drawn]) -> str:
+    features = [
+        {"type": "Feature", "properties": _properties(shape), "geometry": _geometry(shape)}
+        for shape in shapes
+    ]
+    whole = {"type": "FeatureCollection", "name": name, "description": about, "features": features}
+    return json.dumps({key: value for key, value in whole.items() if value != ""}) + "\n"
+
+
+def _properties(shape: Drawn) -> dict[str, str]:
+    return {"name": shape.name, **({"description": shape.about} if shape.about else {})}
+
+
+def _geometry(shape: Drawn) -> dict[str, object]:
+    """Return a geometry of RFC 7946, in parts where it crosses the antimeridian (3.1.9)."""
+    if shape.kind == "Point":
+        return {"type": shape.kind, "coordinates": shape.positions[0]}
+    parts: list[object]
+    if shape.kind == "Polygon":
+        parts = [[ring] for ring in cut_ring(shape.positions)]
+    else:
+        parts = list(cut_line(shape.positions))
+    if len(parts) == 1:
+        return {"type": shape.kind, "coordinates": parts[0]}
+    return {"type": f"Multi{shape.kind}", "coordinates": parts}
+
+
+def _kml(name: str, about: str, shapes: list[Drawn]) -> str:
+    """Return KML 2.2: areas as outlines, lanes in the colours of their AUVs, vessels as pins."""
+    looks = dict.fromkeys(shape.look for shape in shapes)
+    folders: dict[str, list[str]] = {}
+    for shape in shapes:
+        folders.setdefault(LOOKS[shape.look].folder, []).append(_placemark(shape))
+    marks = [*map(_style, looks)]
+    for folder, inside in folders.items():
+        marks += [f"<Folder><name>{folder}</name>", *inside, "</Folder>"]
+    return KML.format(escape(name), _said("description", about), "\n".join(marks))
+
+
+def _said(tag: str, text: str) -> str:
+    return f"<{tag}>{escape(text)}</{tag}>" if text else ""
+
+
+def _placemark(shape: Drawn) -> str:
+    drawn_so = KML_SHAPES[shape.kind].format(
+        " ".join(f"{lon!r},{lat!r}" for lon, lat in shape.positions)
+    )
+    told = _said("name", shape.name) + _said("description", shape.about)
+    return f"<Placemark>{told}<styleUrl>#{shape.look}</styleUrl>{drawn_so}</Placemark>"
+
+
+def _style(name: str) -> str:
+    """Return how KML draws a look: its colours are opacity, blue, green and red, and without a
+    style polygons are filled with opaque white.
+    """
+    look = LOOKS[name]
+    red, green, blue = (look.colour[at : at + 2] for at in (1, 3, 5))
+    code = f"<color>{round(255 * look.opacity):02x}{blue}{green}{red}</color>"
+    return (
+        f'<Style id="{name}"><IconStyle>{code}</IconStyle>'
+        f"<LineStyle>{code}<width>{look.width:g}</width></LineStyle>"
+        f"<PolyStyle><fill>0</fill></PolyStyle></Style>"
+    )
+
+
+def _gpx(name: str, about: str, shapes: list[Drawn]) -> str:
+    """Return GPX 1.1: way points, of lines routes, of areas tracks, as it knows no polygon."""
+    order = {"Point": 0, "LineString": 1, "Polygon": 2}  # as its schema asks
+    marks = []
+    for feature in sorted(shapes, key=lambda shape: order[shape.kind]):
+        whole, part, at = GPX_SHAPES[feature.kind]
+        marked = "".join(
+            f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in feature.positions
+        )
+        if feature.kind == "Point":
+            told = _said("name", feature.name) + _said("desc", feature.about)
+            marks.append(marked.replace("/>", f">{told}</{at}>"))
+            continue
+        inner = f"<{part}>{marked}</{part}>" if part else marked
+        marks.append(f"<{whole}><name>{escape(feature.name)}</name>{inner}</{whole}>")
+    return GPX.format(escape(name), _said("desc", about), "\n".join(marks))
+
+
+GPX = """<?xml version="1.0" encoding="UTF-8"?>
+<gpx version="1.1" creator="bindusbl-des" xmlns="http://www.topografix.com/GPX/1/1">
+<metadata><name>{}</name>{}</metadata>
+{}
+</gpx>
+"""
+GPX_SHAPES = {
+    "Point": ("", "", "wpt"),
+    "LineString": ("rte", "", "rtept"),
+    "Polygon": ("trk", "trkseg", "trkpt"),
+}
+
+WRITERS: Mapping[str, Callable[[str, str, list[Drawn]], str]] = {
+    "geojson": _geojson,
+    "kml": _kml,
+    "gpx": _gpx,
+}

@@ -1,0 +1,159 @@
+"""The map of a mission: where the AUVs were, where they thought they were, and who heard them."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Polygon
+
+from ...core.geometry.geodesy import east_north
+from ...core.setup import Setup
+from ...support.arrays import Floats
+from ...support.palette import HF, INK, MF, PLANNED
+from .style import (
+    LARGEST_LEGEND,
+    add_lines,
+    by_vehicle,
+    colour_of,
+    legend_below,
+    new_figure,
+    vehicle_handles,
+)
+
+if TYPE_CHECKING:
+    from ...core.results.result import Result
+    from ...core.scenario.scenario import Scenario
+
+
+# Points at which a planned path is drawn
+PLAN_POINTS = 1000
+
+
+def trajectory(result: "Result", width: float) -> Figure:
+    """Draw the map of a mission with its legend."""
+    handles = map_handles(result.scenario)
+    rows = -(-len(handles) // max(1, int(width * 72 / 110)))
+    figure = new_figure(width, width + 0.25 + 0.16 * rows)
+    axes = figure.add_subplot()
+    draw_map(axes, result)
+    axes.set_title(f"{result.scenario.name}, seed {result.seed}")
+    legend_below(figure, handles)
+    return figure
+
+
+def draw_map(axes: Axes, result: "Result") -> None:
+    """Draw planned, true, fused and IMU-only paths, ASVs and their HF and MF ranges."""
+    setup, tracks = result.setup, by_vehicle(result.tables["tracks"])
+    area = setup.area
+    axes.add_patch(Polygon(east_north(area.outline), fill=False, lw=0.8, ec=INK))
+    auvs = {name: track for name, track in tracks.items() if name.startswith("AUV")}
+    plans = _plans(setup)
+    add_lines(axes, plans, [PLANNED] * len(plans), linewidths=0.6, label="planned")
+    colours = [colour_of(name) for name in auvs]
+    for label, columns, looks in (
+        ("dead reckoning", ["imu_x_m", "imu_y_m"], {"linestyles": ":", "linewidths": 1.0}),
+        ("true", ["x_m", "y_m"], {"linewidths": 2.6, "alpha": 0.35}),
+        ("fused", ["estimate_x_m", "estimate_y_m"], {"linewidths": 0.8}),
+    ):
+        lines = [east_north(track[columns]) for track in auvs.values()]
+        add_lines(axes, lines, colours, label=label, **looks)
+    starts = np.array([east_north(track[["x_m", "y_m"]])[0] for track in auvs.values()])
+    axes.scatter(starts[:, 0], starts[:, 1], s=18, c=colours, zorder=4, label="start")
+    stations = {name: track for name, track in tracks.items() if name.startswith("ASV")}
+    _draw_asvs(axes, setup, stations)
+    columns = ["x_m", "y_m", "estimate_x_m", "estimate_y_m"]
+    places = [track[columns].to_numpy(float).reshape(-1, 2) for track in tracks.values()]
+    frame(axes, setup, np.concatenate(places), 1.15)
+
+
+def _plans(setup: Setup) -> list[Any]:
+    """Return the planned paths (n, 2), east and north, none where AUVs hold or repeat a track."""
+    if not setup.scenario.auvs.route.is_flown:
+        return []
+    return [
+        east_north(plan.path.sample(np.linspace(0.0, plan.path.length, PLAN_POINTS))[:, :2])
+        for plan in setup.plans
+    ]
+
+
+def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
+    reaches = (
+        (setup.horizontal_reach_m, HF, "--", "HF range"),
+        (setup.horizontal_mf_reach_m, MF, ":", "MF range"),
+    )
+    paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
+    add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
+    starts = np.array([path[0] for path in paths.values()])
+    for reach, colour, style, label in reaches:
+        circles = [Circle(place, reach) for place in starts.tolist()]
+        axes.add_collection(
+            PatchCollection(circles, fc="none", ec=colour, ls=style, lw=0.7, label=label)
+        )
+    for name, place in zip(paths, starts.tolist(), strict=True):
+        if len(paths) <= LARGEST_LEGEND:
+            axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
+    axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
+
+
+def frame(axes: Axes, setup: Setup, places: Floats, margin: float) -> None:
+    """Show the survey, `margin` times as large, and places (n, 2), x and y in m, NaN for none, on
+    a map with the current; ranges may leave the picture.
+    """
+    box, water = setup.area.box, setup.scenario.environment
+    middle = np.array([box.x_min + box.x_max, box.y_min + box.y_max]) / 2
+    half = max(box.x_max - box.x_min, box.y_max - box.y_min) / 2
+    limit = max(margin * half, 1.1 * float(np.nanmax(np.abs(places - middle))))
+    (left, right), (low, high) = ((at - limit, at + limit) for at in east_north(middle))
+    axes.set(xlim=(left, right), ylim=(low, high))
+    chart_axes(axes)
+    axes.grid(visible=False)
+    if water.current_m_per_s:
+        words = f"current\n{water.current_m_per_s:g} m/s"
+        _arrow(axes, math.radians(water.current_direction_deg), 0.83, HF)
+        _write(axes, words, (0.985, 0.785), HF, ha="right")
+
+
+def chart_axes(axes: Axes) -> None:
+    """Make axes those of a map, with an arrow to the north."""
+    axes.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
+    _write(axes, "N", (0.965, 0.985), INK, ha="center")
+    _arrow(axes, 0.0, 0.915, INK)
+
+
+def _arrow(axes: Axes, heading: float, height: float, colour: str) -> None:
+    """Draw an arrow along a heading (rad) at the right edge, at a height (share of the axes)."""
+    right, up = (0.035 * math.sin(heading), 0.035 * math.cos(heading))
+    axes.annotate(
+        "", (0.965 + right, height + up), (0.965 - right, height - up), xycoords="axes fraction",
+        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.0, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip
+
+
+def _write(axes: Axes, text: str, top: tuple[float, float], colour: str, ha: str) -> None:
+    """Write below a place (shares of the axes)."""
+    axes.text(
+        *top, text, transform=axes.transAxes, ha=ha, va="top", color=colour,
+        bbox={"fc": "w", "lw": 0, "alpha": 0.7, "pad": 0.5},
+    )  # fmt: skip
+
+
+def map_handles(scenario: "Scenario") -> list[Artist]:
+    """Return the legend of the map: kinds of line, ASVs and their ranges, AUVs."""
+    line, asvs = ("-", "ASV and its track") if scenario.asvs.formation.moves else ("", "ASV")
+    handles: list[Artist] = [
+        Line2D([], [], color=PLANNED, lw=0.6, label="planned path"),
+        Line2D([], [], color=INK, lw=2.6, alpha=0.35, label="true path"),
+        Line2D([], [], color=INK, lw=0.8, label="fused estimate"),
+        Line2D([], [], color=INK, ls=":", label="dead reckoning only"),
+        Line2D([], [], color="k", lw=0.6, ls=line, marker="*", ms=8, label=asvs),
+        Line2D([], [], color=HF, ls="--", lw=0.7, label="HF range"),
+        Line2D([], [], color=MF, ls=":", lw=0.7, label="MF range"),
+    ]
+    if not scenario.auvs.route.is_flown:
+        handles = handles[1:]
+    return handles + vehicle_handles(f"AUV{i}" for i in range(scenario.auvs.count))

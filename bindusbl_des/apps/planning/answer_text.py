@@ -1,0 +1,348 @@
+"""What a plan says: its answer, its doubts, and what would help; the same as plain data."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+from ...core.geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
+from ...core.results.result import scenario_sha256, versions
+from ...core.scenario.scenario import Scenario
+from ...core.setup import Setup
+from ...support.kept_files import portable
+from ...support.wording import amount, counted, filled, significant, with_ends
+from ..preflight.whereabouts import idle
+from .doubting import became_of, plainly
+from .folder import COMPLETE, CUT, shown_first
+from .goals import Goal, limits_text, unit_of_goal, value_text
+from .prediction.inputs import STATED_ERROR
+from .question import UNPRICED, Question
+from .relief import Relief
+from .selecting import Estimate, Selection
+from .teams import Team, band, excess, is_instant
+
+# Said of the conditions that are worse
+UNTOLD = "(each flown with the filter as planned: nobody tells it)"
+
+# So many candidates beside the answer `plan.json` names.
+MOST_RUNNERS_UP = 3
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All that was found out for a plan.
+
+    `left_out` and `doubted` are rows of `plan.json`; `missions` is how many were flown, those of
+    doubts included; `cut` is the option that cut the plan off, empty if none did; `failed` how many
+    missions failed, and why, empty if none did.
+    """
+
+    question: Question
+    teams: Sequence[Team]
+    selection: Selection
+    left_out: Sequence[Mapping[str, Any]]
+    reliefs: Sequence[Relief]
+    further: str
+    doubted: Sequence[Mapping[str, Any]]
+    missions: int
+    cut: str
+    failed: str
+
+    @property
+    def team(self) -> Team | None:
+        """The least team that is shown to meet the goals."""
+        answer = self.selection.answer
+        return None if answer is None else self.teams[answer]
+
+    @property
+    def ranked(self) -> list[int]:
+        """The teams that were flown by how good they are: met ones by cost, then the rest."""
+        return ranked(self.question.goals, self.teams, self.selection)
+
+    @property
+    def shown(self) -> int | None:
+        """The team that is drawn: the answer, or else the nearest; None if none was flown."""
+        if self.selection.answer is not None:
+            return self.selection.answer
+        return next(iter(self.ranked), None)
+
+
+def ranked(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -> list[int]:
+    """Return the numbers of teams that were flown: those that meet the goals by their cost and then
+    by their means, and after them those that do not, the nearest first.
+    """
+
+    def far(number: int) -> tuple[float, float]:
+        """By how much its goals are missed, and by how much where the ratio to one is infinite."""
+        means = [estimate.mean for estimate in selection.estimates[number]]
+        apart = [abs(mean - goal.limit) for goal, mean in zip(goals, means, strict=True)]
+        return max(map(excess, goals, means)), max(apart)
+
+    flown = [n for n, missions in enumerate(selection.missions) if missions]
+    meets = {n: far(n)[0] < 0 for n in flown}
+    return sorted(flown, key=lambda n: (not meets[n], meets[n] * teams[n].cost, far(n)))
+
+
+def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
+    """Return what missions came to, a goal after the other.
+
+    >>> reached([Goal("position_error_m", below=1.0)], [Estimate(0.39, 0.28, 0.51)])
+    'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
+    """
+    return ", ".join(
+        "{} {} (95 % interval {})".format(goal.metric, *_with_ends(goal, estimate))
+        for goal, estimate in zip(goals, estimates, strict=True)
+    )
+
+
+def _with_ends(goal: Goal, estimate: Estimate) -> tuple[str, str]:
+    """Return a mean with its unit, and from where to where its interval goes."""
+    mean, low, high = with_ends(estimate.mean, estimate.low, estimate.high)
+    return f"{mean} {unit_of_goal(goal)}".strip(), f"{low} to {high}"
+
+
+def best_text(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -> str:
+    """Return which of the teams that were flown is the best so far; empty where none was."""
+    for best in ranked(goals, teams, selection)[:1]:
+        means = ", ".join(
+            f"{f'{goal.metric} ' if len(goals) > 1 else ''}{mean}"
+            + (f" ({ends})" if estimate.low == estimate.low else "")
+            for goal, estimate in zip(goals, selection.estimates[best], strict=True)
+            for mean, ends in [_with_ends(goal, estimate)]
+        )
+        after = counted(selection.missions[best], "mission")
+        return f"{counted(teams[best].asvs, 'ASV')}, {means} after {after}"
+    return ""
+
+
+def answer_text(outcome: Outcome) -> str:
+    """Return the answer in one sentence."""
+    question, selection, answer = outcome.question, outcome.selection, outcome.selection.answer
+    goals, flown = limits_text(question.goals), f"{counted(outcome.missions, 'mission')} in all"
+    came_to = "" if answer is None else reached(question.goals, selection.estimates[answer])
+    if not selection.is_settled:
+        open_verdicts = ("met", "needs more missions", "not flown")
+        still = sum(verdict in open_verdicts for verdict in selection.verdicts)
+        teams = counted(len(outcome.teams), "team")
+        best = best_text(question.goals, outcome.teams, selection)
+        known = ""
+        if answer is not None:
+            known = f"{_priced(outcome, answer)} will do, {came_to}; whether less does: "
+        so_far = f"; best so far {best}" if best else ""
+        return f"Not settled: {known}{still} of {teams} may do{so_far}; {goals} ({flown})."
+    if answer is None:
+        return f"No team that was flown is shown to keep {goals} ({flown})."
+    came_to += f" of {counted(selection.missions[answer], 'mission')}"
+    sure = f"{100 * question.confidence:g} % confidence"
+    return f"{_priced(outcome, answer)}: {came_to}; {goals}, with {sure} ({flown})."
+
+
+def _priced(outcome: Outcome, number: int) -> str:
+    """Return a team in words, with its cost where anything has a price."""
+    team = outcome.teams[number]
+    priced = outcome.question.costs != UNPRICED
+    return team.words + (f", cost {amount(team.cost)}" if priced else "")
+
+
+def caveats(outcome: Outcome) -> Iterator[str]:
+    """Yield what the answer lacks, and how predictions compare with flights."""
+    question = outcome.question
+    if outcome.selection.doubts and outcome.team is not None:
+        yield outcome.selection.doubts
+    if outcome.failed:
+        yield f"{outcome.failed}. Failed missions meet no goal."
+    if outcome.cut:
+        yield f"Cut off by {outcome.cut}; the same command goes on from here."
+    if any(is_instant(question, point) for point in question.experiment.points):
+        yield (
+            "protocol.downlink.reply: instant costs no time on the air, which no modem can do; all "
+            "teams were flown with protocol.downlink.reply: frame."
+        )
+    shown = question.base if outcome.shown is None else outcome.teams[outcome.shown].scenario
+    for longer in idle(Setup.of(shown)):
+        yield f"{longer.key} {longer.message}."
+    if outcome.team is not None:
+        yield from _unvaried(outcome)
+    if outcome.team is not None and not outcome.cut:
+        yield from _predicted(outcome, outcome.team)
+
+
+def _unvaried(outcome: Outcome) -> Iterator[str]:
+    """Yield which goals' metrics never differed, and how rare what was not seen may be.
+
+    What happens in a share p of missions is not seen in n of them with a probability (1 - p)^n.
+    """
+    answer, question = outcome.selection.answer, outcome.question
+    assert answer is not None
+    missions = outcome.selection.missions[answer]
+    pairs = zip(question.goals, outcome.selection.estimates[answer], strict=True)
+    same = [goal.metric for goal, estimate in pairs if estimate.low == estimate.high]
+    if same:
+        unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
+        yield (
+            f"{' and '.join(same)} did not differ in {missions} missions of the answer, which "
+            f"says nothing of what happens in fewer than {unseen:.0f} % of missions."
+        )
+
+
+def _predicted(outcome: Outcome, answer: Team) -> Iterator[str]:
+    """Yield what was predicted of the answer, how wrong predictions are, and were in this plan."""
+    for place, goal in enumerate(outcome.question.goals):
+        value = answer.values[place]
+        low, high = band(goal, value)
+        if not low <= high:
+            continue
+        pairs = zip(outcome.selection.estimates, outcome.teams, strict=True)
+        ratios = [own[place].mean / team.values[place] for own, team in pairs
+                  if team.values[place] > 0]  # fmt: skip
+        known = [ratio for ratio in ratios if isfinite(ratio)]
+        yield (
+            f"{goal.metric} of the answer was predicted to be {value_text(goal, value)}; "
+            f"nine in ten teams so predicted lie from {significant(low)} to "
+            f"{value_text(goal, high)}. The missions of this plan gave "
+            f"{significant(min(known))} to {significant(max(known))} times what was predicted."
+        )
+
+
+def remedy_text(outcome: Outcome) -> str | None:
+    """Return what would meet the goals, where it is settled that no team does, or the nearest does
+    not; None otherwise.
+    """
+    if outcome.team is not None or outcome.cut or not outcome.ranked:
+        return None
+    nearest, goals = outcome.ranked[0], outcome.question.goals
+    estimates = outcome.selection.estimates[nearest]
+    pairs = zip(goals, estimates, strict=True)
+    if all(excess(goal, estimate.mean) <= 0 for goal, estimate in pairs):
+        return None
+    first = f"The nearest is {_priced(outcome, nearest)}: {reached(goals, estimates)}."
+    helping = [relief.told for relief in outcome.reliefs if relief.meets]
+    if helping:
+        return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
+    most = [f"Most would help {relief.told}." for relief in outcome.reliefs[:1]]
+    return " ".join(filter(None, [first, outcome.further, *most]))
+
+
+def summary(record: Mapping[str, Any], folder: str) -> str:
+    """Return a plan as a planner reads it in the terminal, from what `plan.json` holds."""
+    lines = [filled(record["told"][0])]
+    if record["would"]:
+        lines.append(filled(record["would"]))
+    shown = shown_first(record)
+    places = [] if shown is None else record["candidates"][shown]["places"]
+    on_earth = [
+        f"{place['asv']} {degrees_text(*where)} ({minutes_text(*where)})"
+        for place in places
+        if None not in (where := (place["lat_deg"], place["lon_deg"]))
+    ]
+    next_best = [record["candidates"][number] for number in record["runners_up"]]
+    doubts = [_doubt_text(doubt) for doubt in record["sensitivity"]]
+    for name, items in (
+        ("begin at" if record["ways"] else "places", on_earth),
+        ("runners-up", [f"{team['team']}: {team['told']}" for team in next_best]),
+        ("what binds", [relief["told"] for relief in record["binding"]][:2]),
+        ("and if", [*doubts, UNTOLD] if doubts else []),
+    ):
+        for number, item in enumerate(items):
+            lines.append(filled(f"{'' if number else name:<12}{item}", " " * 12))
+    lines += map(filled, record["told"][1:])
+    lines += ["", f"Results: {folder}"]
+    if record["answer"] is not None:
+        lines.append(record["run"])
+    return "\n".join(lines)
+
+
+def _doubt_text(doubted: Mapping[str, Any]) -> str:
+    """Return what becomes of the goals in a condition."""
+    means, planned = (
+        ", ".join("-" if mean is None else significant(mean) for mean in case["mean"])
+        for case in (doubted, doubted["as_planned"])
+    )
+    return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
+
+
+def record(outcome: Outcome, run: str, ways: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return what `plan.json` holds; `run` is the command that flies the answer, and `ways` are
+    those of the vessels that are drawn, where they move.
+    """
+    question, answer = outcome.question, outcome.selection.answer
+    metrics = [goal.metric for goal in question.goals if goal.metric in STATED_ERROR]
+    return {
+        "name": question.name,
+        "scenario": question.source,
+        "scenario_sha256": scenario_sha256(question.base),
+        "versions": versions(),
+        "seed": question.seed,
+        "goal": [goal.record() for goal in question.goals],
+        "duration_s": float(question.base.duration_s),
+        "confidence": question.confidence,
+        "costs": dict(question.costs),
+        "budget_s": question.budget_s,
+        "budget_missions": question.budget_missions,
+        "settled": outcome.selection.is_settled,
+        "status": CUT if outcome.cut else COMPLETE,
+        "missions": outcome.missions,
+        "answer": None if outcome.team is None else dict(outcome.team.keys),
+        "chosen": answer,
+        "would": remedy_text(outcome),
+        "told": [answer_text(outcome), *caveats(outcome)],
+        "run": run,
+        "candidates": [
+            _candidate(outcome, n, ways if n == outcome.shown else None)
+            for n in range(len(outcome.teams))
+        ],
+        "excluded": list(outcome.left_out),
+        "runners_up": [n for n in outcome.ranked if n != answer][:MOST_RUNNERS_UP],
+        "binding": [
+            {"what": relief.what, "told": relief.told, "value": relief.value}
+            for relief in outcome.reliefs
+        ],
+        "sensitivity": list(outcome.doubted),
+        "ways": ways,
+        "prediction_error": {name: STATED_ERROR[name]._asdict() for name in metrics} or None,
+    }
+
+
+def _candidate(outcome: Outcome, number: int, ways: Mapping[str, Any] | None) -> dict[str, Any]:
+    team, selection = outcome.teams[number], outcome.selection
+    estimates, missions = selection.estimates[number], selection.missions[number]
+    bands = [band(*pair) for pair in zip(outcome.question.goals, team.values, strict=True)]
+    low, high = zip(*bands, strict=True)
+    predicted = {"value": team.values, "low": low, "high": high}
+    return {
+        "keys": dict(team.keys),
+        "cost": team.cost,
+        "asvs": team.asvs,
+        "stations": team.stations.round(3).tolist(),
+        "places": _places(team, ways),
+        "predicted": {
+            name: [value if isfinite(value) else None for value in own]
+            for name, own in predicted.items()
+        },
+        "simulated": {"missions": missions, **plainly(estimates)} if missions else None,
+        "verdict": selection.verdicts[number],
+        "team": _priced(outcome, number),
+        "told": reached(outcome.question.goals, estimates) if missions else "",
+    }
+
+
+def _places(team: Team, ways: Mapping[str, Any] | None) -> list[dict[str, Any]]:
+    """Return where each ASV of a team lies, or begins, also on Earth."""
+    origin, places = team.setup.origin_deg, team.stations.tolist()
+    if ways is not None:
+        places = [asv["places_m"][0] for asv in ways["asvs"]]
+    rows = []
+    for number, (x, y) in enumerate(places):
+        lat, lon = (None, None) if origin is None else geodetic_from_ned((x, y, 0.0), *origin)[:2]
+        metres = {"x_m": round(x, 3) + 0.0, "y_m": round(y, 3) + 0.0}
+        rows.append({"asv": f"ASV{number}", **metres, "lat_deg": lat, "lon_deg": lon})
+    return rows
+
+
+def best_yaml(scenario: Scenario, sentence: str) -> str:
+    """Return the text of a scenario file: JSON is YAML, and each section has a line."""
+    given = portable(scenario.model_dump(mode="json", exclude_unset=True))
+    given["record"] = {**given.get("record", {}), "detail": "full"}
+    lines = [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in given.items()]
+    return "\n".join([f"# {sentence}", *lines, ""])

@@ -1,0 +1,301 @@
+"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds;
+and what more vessels would bring: teams that cost more than the answer, flown a few times.
+
+A crew is not told of a surprise: filters stay as planned, and model the errors of the scenario.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from ...core.geometry.formation import ring_radius
+from ...core.scenario.agreement.instruments import ASSUMED
+from ...core.scenario.files.overrides import put
+from ...core.scenario.sections.navigation import Drift
+from ...support.arrays import Floats
+from ...support.plain_data import value_at
+from ..campaigns.statistics.intervals import Intervals, intervals
+from ..preflight.fix_chance import loses_pings
+from .goals import Goal
+from .selecting import (
+    SPENT,
+    CutOff,
+    Estimate,
+    Evidence,
+    Sample,
+    Selection,
+    estimated,
+    looks_at_each,
+)
+from .teams import FORMATION, RADIUS, Keys, Team, excess, place_keys
+
+# So many missions of each show about where it is: the first so many where these tell the means of
+# all goals to this share of them (half of the 95 % interval), else all.
+FIRST, ALL = 4, 8
+NARROW = 0.1
+
+
+def with_costlier(
+    selection: Selection, teams: Sequence[Team], goals: Sequence[Goal], sample: Sample
+) -> Selection:
+    """Return a selection with estimates of the first team of each cost that was not flown.
+
+    Teams of one cost are in the order of their predictions, so that it is the best of them.
+    Verdicts stay as they are: nothing is decided by so few missions.
+    """
+    first: dict[float, int] = {}
+    for number, team in enumerate(teams):
+        first.setdefault(team.cost, number)
+    shown = [n for n in first.values() if selection.verdicts[n] == "not needed"]
+    values = {n: np.empty((0, len(goals))) for n in shown if not selection.missions[n]}
+    for seeds in (FIRST, ALL):
+        wide = [n for n, known in values.items() if not _is_narrow(intervals(known.T))]
+        pairs = [(n, seed) for n in wide for seed in range(len(values[n]), seeds)]
+        found = sample(pairs)
+        if not wide or len(found) < len(pairs):
+            break
+        for n, own in zip(wide, np.split(found, len(wide)), strict=True):
+            values[n] = np.concatenate([values[n], own])
+    estimates, missions = list(selection.estimates), list(selection.missions)
+    for n, known in values.items():
+        if len(known):
+            estimates[n], missions[n] = tuple(map(estimated, known.T)), len(known)
+    return replace(selection, estimates=tuple(estimates), missions=tuple(missions))
+
+
+def _is_narrow(means: Intervals) -> bool:
+    """Tell whether the means of all goals are known well enough."""
+    return bool(np.all(means.half_width <= NARROW * np.abs(means.mean)))
+
+
+# So much shorter are the ranges, so much is the speed of sound taken too high, so many times drifts
+# dead reckoning.
+SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
+
+# So many times longer losses last, or if they come one by one so long (s): some rounds.
+LONGER, BURST_S = 3.0, 10.0
+
+# So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
+SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
+
+# Whether the goals are met in a condition is known with so much confidence, after so many missions
+# at most.
+CONFIDENCE, SEEDS = 0.95, max(SPENT)
+
+HF, MF = "acoustics.hf", "acoustics.mf"
+NAVIGATION = "navigation"
+# What a sheet of an inertial system says of drift, and by what it drifts where no sheet says it
+STATED = ("percent_of_distance", "m_per_hour")
+DRIFTS = (
+    "velocity_bias_m_per_s",
+    "velocity_bias_sd_m_per_s",
+    "random_walk_m_per_sqrt_s",
+    "scale_factor_sd",
+    "heading_sd_deg",
+)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A condition that is worse: what it is, and the team in it.
+
+    `without` is the team without the condition, judged over the same time; None is the answer.
+    """
+
+    words: str
+    keys: Keys
+    team: Team
+    without: Team | None = None
+
+
+def doubts(team: Team) -> list[Doubt]:
+    """Return the conditions in which a team is to be flown; without those that make no scenario."""
+    found = []
+    for words, keys in worse(team):
+        told = {**keys, **_as_planned(team, keys)}
+        if changed := team.changed(told):
+            found.append(Doubt(words, told, changed))
+    return [*found[:1], *_lost(team), *found[1:]]
+
+
+def worse(team: Team) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield what may be worse than a team's scenario has it, and the keys that make it so."""
+    setup, scenario = team.setup, team.scenario
+    bands, navigation = {HF: scenario.acoustics.hf, MF: scenario.acoustics.mf}, scenario.navigation
+    # Only of a disc the range bounds what is heard.
+    discs = [name for name, band in bands.items() if band.traits.ends_at_range]
+    if discs:
+        ranges = {f"{name}.range_m": _rounded(SHORTER * bands[name].range_m, 6) for name in discs}
+        which = "ranges" if len(discs) == len(bands) else f"{discs[0][-2:].upper()} range"
+        yield f"{which} {100 * (SHORTER - 1):+.0f} %", {**ranges, **_kept(team)}
+    lossy = [HF] if loses_pings(setup) else []
+    if scenario.protocol.sends_frames and not bands[MF].traits.keeps_frames:
+        lossy.append(MF)
+    bursts = {name: burst for name in lossy if (burst := bands[name].burst_s) is not None}
+    if bursts:
+        lasts = {name: _rounded(LONGER * burst, 3) for name, burst in bursts.items()}
+        words = f"losses last {LONGER:g} times as long"
+    else:
+        lasts = dict.fromkeys(lossy, BURST_S)
+        words = f"losses last {BURST_S:g} s, not one by one"
+    if lasts:
+        yield words, {f"{name}.channel.burst_s": burst for name, burst in lasts.items()}
+    yield (
+        f"speed of sound taken {100 * (FASTER - 1):.0f} % too high",
+        {"environment.assumed_sound_speed_m_per_s":
+         _rounded(FASTER * setup.assumed_sound_speed_m_per_s, 6)},
+    )  # fmt: skip
+    sheet = {
+        f"drift.{name}": size
+        for name in STATED
+        if (size := getattr(navigation.drift, name)) is not None
+    }
+    drift = sheet or {name: size for name in DRIFTS if np.any(size := getattr(navigation, name))}
+    if drift:
+        twice = {name: (DRIFTIER * np.array(size)).tolist() for name, size in drift.items()}
+        keys = {f"{NAVIGATION}.{name}": size for name, size in twice.items()}
+        yield f"drift x {DRIFTIER:g}", keys
+    line = navigation.drift.line_m
+    if setup.drift_line_m or (navigation.drift.is_stated and line is None):
+        sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
+        usually = "at all" if line is None else f"{line:g}"
+        words = f"drift wanders over {sooner:.3g} m, not {usually}"
+        yield words, {f"{NAVIGATION}.drift.line_m": _rounded(sooner, 3)}
+
+
+def _rounded(value: float, digits: int) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+def _as_planned(team: Team, changed: Keys) -> dict[str, Any]:
+    """Return the key that leaves a team's filter as it is planned where other keys are changed."""
+    navigation = team.scenario.navigation
+    if not navigation.weighs:
+        return {}
+    planned = team.setup.taken.scenario.model_dump(mode="json")
+    assumes = deepcopy(dict(navigation.filter.settings.get("assumes", {})))
+    for key in changed:
+        section, name, *_ = key.split(".")
+        if name in ASSUMED.get(section, ()):
+            put(assumes, key, value_at(planned, key.split(".")))
+    return {f"{NAVIGATION}.filter.assumes": assumes} if assumes else {}
+
+
+def _kept(team: Team) -> dict[str, Any]:
+    """Return what keeps a ring where it is, since by default it grows with the HF range."""
+    asked = team.scenario.asvs.formation.moored
+    if asked is None or asked.is_placed or asked.radius_m is not None or team.asvs == 1:
+        return {}
+    cleared = {f"{FORMATION}.clearance_m": 0.0} if asked.clearance_m else {}
+    return {**cleared, RADIUS: _rounded(ring_radius(team.stations), 9)}
+
+
+def _lost(team: Team) -> list[Doubt]:
+    """Return the team without the vessel that is predicted to be missed most, and with that vessel
+    until half of the mission is over; of vessels that move, which are told where to go anew, with
+    the first until then.
+    """
+    if not team.is_moored and not team.moves:
+        return []
+    rests: dict[int, Doubt] = {}
+    for lost in range(0 if team.moves or team.asvs == 1 else team.asvs):
+        keys = place_keys(team.question, np.delete(team.stations, lost, axis=0))
+        if rest := team.placed(keys):
+            rests[lost] = Doubt(f"ASV{lost} lost", keys, rest)
+    lost = max(rests, key=lambda lost: (rests[lost].team.rank, -lost), default=0)
+    found = [rests[lost]] if rests else []
+    failures = [failure.model_dump(mode="json") for failure in team.scenario.asvs.failures]
+    halfway = team.scenario.duration_s / 2
+    after = {"record.metrics_from_s": halfway}  # or the time before would hide it
+    keys = {"asvs.failures": [*failures, {"asv": lost, "at_s": halfway}], **after}
+    fails, without = team.changed(keys), team.changed(after)
+    if fails is not None and without is not None:
+        found.append(Doubt(f"ASV{lost} lost halfway, from then on", keys, fails, without))
+    return found
+
+
+def teams_of(conditions: Sequence[Doubt]) -> list[Team]:
+    """Return the teams that are flown: those in the conditions, and after them those without."""
+    without = [condition.without for condition in conditions if condition.without is not None]
+    return [*(condition.team for condition in conditions), *without]
+
+
+def doubted(
+    conditions: Sequence[Doubt],
+    goals: Sequence[Goal],
+    sample: Sample,
+    answer: Callable[[Sequence[int]], Floats],
+) -> list[dict[str, Any]]:
+    """Fly a team in each condition until it is known whether the goals are still met, and at the
+    same seeds without it; return the rows `sensitivity` of `plan.json`.
+
+    `sample` flies :func:`teams_of` the conditions, `answer` the answer at some seeds (numbers).
+    Rows are of those that were flown, which are all unless these return too few missions.  `met` is
+    None where it is not certain; without a condition of its own the answer surely meets them.
+    """
+    looks = looks_at_each(CONFIDENCE, len(goals))
+    evidence = Evidence(len(conditions), goals, looks, 0.0, sample)
+    numbers = range(len(conditions))
+    with suppress(CutOff):
+        for look in range(len(looks)):
+            unknown = [number for number in numbers if evidence.verdicts[number] is None]
+            evidence.fly(unknown, look)
+            for number in unknown:
+                evidence.judge(number, look)
+    is_met = {"met": True, "not met": False}
+    rows, extra = [], len(conditions)
+    for number, condition in enumerate(conditions):
+        seeds = range(evidence.missions(number))
+        if condition.without is None:
+            as_planned = answer(seeds)
+        else:
+            as_planned = sample([(extra, seed) for seed in seeds])
+            extra += 1
+        if len(seeds) and len(as_planned) == len(seeds):
+            planned = tuple(map(estimated, as_planned.T))
+            kept = True if condition.without is None else _surely_met(goals, planned)
+            rows.append(
+                {
+                    "told": condition.words,
+                    "keys": dict(condition.keys),
+                    "known": False,
+                    "missions": len(seeds),
+                    **plainly(evidence.estimates(number)),
+                    "met": is_met.get(evidence.verdicts[number] or ""),
+                    "as_planned": {**plainly(planned), "met": kept},
+                }
+            )
+    return rows
+
+
+def _surely_met(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> bool | None:
+    """Tell whether goals are met wherever in their intervals means lie; None where it depends."""
+    pairs = zip(goals, estimates, strict=True)
+    ends = [[excess(goal, end) for end in (mean.low, mean.high)] for goal, mean in pairs]
+    if any(min(both) > 0.0 for both in ends):
+        return False
+    return True if all(max(both) <= 0.0 for both in ends) else None
+
+
+def became_of(case: Mapping[str, Any]) -> str:
+    """Return what becomes of the goals in a condition, as it is recorded."""
+    met = case.get("met")
+    if met is False and (case.get("as_planned") or {}).get("met") is False:
+        return "not met, nor without it"
+    return {True: "still met", False: "not met", None: "undecided"}[met]
+
+
+def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
+    """Return means, the ends of their intervals and shares of missions that miss the goal as plain
+    data, one for each goal; no shares where they were not counted.
+    """
+    counted = any(isfinite(estimate.missed) for estimate in estimates)
+    return {
+        name: [value if isfinite(value := getattr(own, name)) else None for own in estimates]
+        for name in ("mean", "low", "high", *(["missed"] * counted))
+    }

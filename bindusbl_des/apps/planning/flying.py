@@ -1,0 +1,279 @@
+"""The missions of a plan: a campaign whose missions are flown when the plan asks for them, the
+values of goals in its rows, and what a plan may take.
+"""
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from itertools import takewhile
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from ...support.arrays import Floats
+from ...support.files import sync
+from ...support.process import ProgressLine, answered, duration, end_now
+from ...support.wording import counted
+from ..campaigns.campaign import Campaign, unfinished_campaign
+from ..campaigns.experiments.experiment import Experiment, ExperimentPlan
+from ..campaigns.failures import check_files
+from ..campaigns.running import at_run, laid_out, mended, restore_record
+from ..campaigns.statistics.outcomes import failed_because
+from ..campaigns.storage.folder import AS_ASKED, LIMIT, RECORD, CampaignError, clean, locked
+from ..campaigns.storage.part_rows import read_part
+from ..campaigns.storage.parts import MISSIONS, OK, committed
+from ..campaigns.workers.batches import Row, compile_kernels
+from ..campaigns.workers.pools import WorkerPool, at_work, pool_for
+from ..campaigns.workers.supervisor import Supervisor, interruptible
+from .goals import Goal
+from .question import Question
+
+AUVS = "auvs"
+
+
+def wanted(goals: Sequence[Goal]) -> dict[str, list[str]]:
+    """Return the columns that goals are judged by, of AUVs and of missions.
+
+    >>> wanted([Goal("position_error_m", below=1.0), Goal("area_covered_share", above=0.9)])
+    {'auvs': ['position_error_m'], 'missions': ['area_covered_share']}
+    """
+    columns = {table: [goal.metric for goal in goals if goal.is_of_auvs == (table == AUVS)]
+               for table in (AUVS, MISSIONS)}  # fmt: skip
+    return {table: list(dict.fromkeys(names)) for table, names in columns.items()}
+
+
+def values(goals: Sequence[Goal], rows: Sequence[Mapping[str, Any]]) -> Floats:
+    """Return the goals' values (k, g) of k missions; nan where one failed or has none."""
+    found = [[_value(goal, row) for goal in goals] for row in rows]
+    return np.array(found, float).reshape(len(rows), len(goals))
+
+
+def _value(goal: Goal, row: Mapping[str, Any]) -> float:
+    if not row:
+        return np.nan
+    if goal.is_of_auvs:
+        return float(goal.of_fleets(np.array([row[f"{AUVS}.{goal.metric}"]], float))[0])
+    value = row[goal.metric]
+    return np.nan if value is None else float(value)
+
+
+Pair = tuple[int, int]  # the number of a point, and that of a seed in its list
+
+# Batches are written when their share is flown, or after so long (s): each costs some files.
+BATCH_S = 2.0
+
+# Of one table of a part, the columns that are wanted of each mission.
+Wanted = Mapping[str, Sequence[str]]
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C: what was flown is kept."""
+
+
+class Flights:
+    """The missions of an experiment that are flown so far, and the workers who fly more.
+
+    `asked` are the columns that are read: of missions by their names, and of AUVs.  `note` hears of
+    missions as they end.
+    """
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        pool: WorkerPool,
+        asked: Wanted,
+        note: Callable[[Sequence[Row]], None],
+    ) -> None:
+        self.campaign, self._pool, self._asked, self._note = campaign, pool, asked, note
+        self._rows: dict[int, dict[str, Any]] = {}
+        self._read: set[str] = set()
+        self._take_in()
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @property
+    def failed(self) -> str:
+        """How many missions failed, and why; empty where none did."""
+        failed = counted(sum(not row for row in self._rows.values()), "mission")
+        why = failed_because(self.campaign.folder)
+        return f"{failed} failed{why}" if why else ""
+
+    def lacking(self, pairs: Sequence[Pair]) -> int:
+        """Return how many missions have not been flown."""
+        return len({self._number(pair) for pair in pairs} - self._rows.keys())
+
+    def rows(
+        self, pairs: Sequence[Pair], until: float = math.inf, most: int | None = None
+    ) -> list[dict[str, Any]]:
+        """Return the columns of missions, which are flown where that has not been done.
+
+        A failed mission is an empty row; columns of AUVs are lists.  `until` is the instant (by
+        `time.monotonic`) at which no further mission is begun, `most` how many are flown; if either
+        is not enough, the rows are those of the first missions alone, up to one that was not flown.
+
+        Raises:
+            Stopped: when the user interrupted them.
+            NotWritten: when the folder cannot be written.
+        """
+        numbers = [self._number(pair) for pair in pairs]
+        missing = [number for number in dict.fromkeys(numbers) if number not in self._rows][:most]
+        if missing:
+            self._fly(missing, until)
+        flown = takewhile(self._rows.__contains__, numbers)
+        return [self._rows[number] for number in flown]
+
+    def _number(self, pair: Pair) -> int:
+        point, seed = pair
+        return point * len(self.campaign.plan.experiment.seeds) + seed
+
+    def _fly(self, missing: Sequence[int], until: float) -> None:
+        plan, folder = self.campaign.plan, self.campaign.folder
+        supervisor = Supervisor(plan, folder, self._pool, self._note, shortest_batch_s=BATCH_S)
+        with interruptible(supervisor.stop) as interrupts:
+            supervisor.run(np.array(missing, np.int64), until)
+        clean(folder)  # a stop is no longer asked for
+        self._take_in()
+        if interrupts:
+            raise Stopped
+
+    def _take_in(self) -> None:
+        """Read the rows of parts that were not there before."""
+        folder = self.campaign.folder
+        for part in set(committed(folder)) - self._read:
+            self._read.add(part)
+            rows = read_part(
+                folder, MISSIONS, part, ("mission", "status", *self._asked.get(MISSIONS, ()))
+            )
+            for row in rows.to_pylist() if rows is not None else ():
+                number, well = row.pop("mission"), row.pop("status") == OK
+                self._rows.setdefault(number, row if well else {})
+            self._take_in_auvs(part)
+
+    def _take_in_auvs(self, part: str) -> None:
+        columns = self._asked.get("auvs", ())
+        table = read_part(self.campaign.folder, "auvs", part, ("mission", *columns))
+        if not columns or table is None:
+            return
+        for row in table.to_pylist():
+            own = self._rows[row["mission"]]
+            for name in columns:
+                own.setdefault(f"auvs.{name}", []).append(row[name])
+
+
+@contextmanager
+def flights(
+    experiment: Experiment,
+    folder: Path,
+    asked: Wanted,
+    pool: WorkerPool,
+    note: Callable[[Sequence[Row]], None] = lambda _: None,
+    limit_m: float | None = None,
+) -> Iterator[Flights]:
+    """Yield the missions of an experiment in a folder, which may hold some of them already; its
+    record says which mean error (m) is asked of every AUV.
+
+    Raises:
+        CampaignError: when the folder holds other missions, or another process flies them.
+        NotWritten: when the folder cannot be written.
+    """
+    plan = ExperimentPlan(experiment)
+    folder.mkdir(exist_ok=True)
+    sync(folder.parent)
+    restore_record(folder, plan, None)
+    with locked(folder), at_run(_campaign(plan, folder), **{LIMIT: limit_m}) as campaign:
+        with answered(end_now):
+            compile_kernels(plan, folder)
+        yield Flights(campaign, pool, asked, note)
+        campaign.record["status"] = AS_ASKED
+
+
+def local_workers(count: int | None) -> AbstractContextManager[WorkerPool]:
+    """Return workers of this machine while they are needed, one for each CPU unless told."""
+    return at_work(pool_for("local", count or os.cpu_count() or 1))
+
+
+def limit_of(goals: Sequence[Goal]) -> float | None:
+    """Return which mean error (m) goals ask of the worst AUV, if they do."""
+    return next((goal.below for goal in goals if goal.metric == "position_error_m"
+                 and goal.of == "worst"), None)  # fmt: skip
+
+
+def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
+    """Return the campaign of a plan in a folder that holds it, or nothing yet."""
+    if not (folder / RECORD).exists():
+        return laid_out(plan, folder)
+    before = unfinished_campaign(folder)
+    if before.record["plan_sha256"] != plan.fingerprint():
+        raise CampaignError(
+            f"{folder}: holds missions of another plan, model or part; name another folder"
+        )
+    check_files(before)
+    mended(before)
+    return Campaign(folder, plan, before.record)
+
+
+class Budget:
+    """How many missions of a plan may still be flown, and for how long (s); None: as many, and as
+    long, as its rule takes.
+
+    Time counts while missions are flown, so that compiling and predicting take nothing of it.
+    `cut_by` is the option that left missions unflown, empty while none did; `best` is told besides.
+    """
+
+    def __init__(self, question: Question, *, quiet: bool) -> None:
+        self.question = question
+        self.flown = 0
+        self.best = self.cut_by = ""
+        self._most = question.budget_missions
+        self._seconds = question.budget_s
+        self._took = 0.0
+        self._began = self._asked = math.nan
+        self._doing = "proposing teams"
+        self._line = ProgressLine(quiet=quiet)
+
+    def sample(self, missions: Flights, pairs: Sequence[Pair]) -> Floats:
+        """Return the goals' values of missions, which are flown where that has not been done; of
+        the first of them only where the budget is not enough for all.
+        """
+        self._began, before = monotonic(), self._took
+        until = math.inf if self._seconds is None else self._began + self._seconds - before
+        most = None if self._most is None else self._most - self.flown
+        self._asked = self.flown + missions.lacking(pairs)
+        try:
+            rows = missions.rows(pairs, until, most)
+        finally:
+            self._took = before + monotonic() - self._began
+            self._began = math.nan
+        if len(rows) < len(pairs):
+            used_up = self._most is not None and self.flown >= self._most
+            by_missions = f"--budget-missions {self._most}"
+            self.cut_by = by_missions if used_up else f"--budget-s {self._seconds:g}"
+        return values(self.question.goals, rows)
+
+    def begin(self, what: str) -> None:
+        """Say what is done from now on."""
+        self._doing = what
+        self._line.tell(self._text)
+
+    def note(self, rows: Sequence[Row]) -> None:
+        """Count missions that have ended."""
+        self.flown += len(rows)
+        self._line.tell(self._text)
+
+    def end(self) -> None:
+        """End the line."""
+        self._line.end(self._text)
+
+    def _text(self) -> str:
+        took = self._took + (0.0 if math.isnan(self._began) else monotonic() - self._began)
+        left = [f"{self._doing}: {self.flown} missions flown"]
+        if self.flown and self._asked > self.flown:
+            seconds = took / self.flown * (self._asked - self.flown)
+            left.append(f"at least {duration(seconds)} left")
+        if self._seconds is not None:
+            left.append(f"cut off in {duration(max(self._seconds - took, 0.0))}")
+        return ", ".join(left) + (f"; best so far {self.best}" if self.best else "")

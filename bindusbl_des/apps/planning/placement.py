@@ -1,0 +1,241 @@
+"""Where few ASVs serve the AUVs of a scenario best: in a regular formation, or each by itself.
+
+Nothing is simulated here: places are judged by which AUVs are heard along their planned paths, by
+what ranges and bearings tell of AUVs there, or by the error that is predicted.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from ...core.geometry.covering import k_centre, max_cover
+from ...core.geometry.formation import formation
+from ...core.geometry.placement import descended, information, trace_of_inverse
+from ...core.setup import Setup
+from ...support.arrays import Floats
+from .prediction.gathering import inputs_of
+from .prediction.inputs import Inputs
+from .prediction.predicting import predict
+from .prediction.sights import ExpectedSights, located, looked_up, seen
+
+# What a placement of ASVs is worth, without simulation: a number, the less the better.
+Objective: TypeAlias = Literal["coverage", "information", "error"]
+#: What places (m, 2), m, are worth.
+Value: TypeAlias = Callable[[Floats], float]
+
+# The worst AUV counts most, then all of them, then how near they are to their ASVs, in reaches.
+OF_ALL, OF_WAY = 0.1, 1e-3
+# The share of signals that are decoded at what counts as the reach of a channel without a limit.
+REACHED = 0.5
+# From here (m) no ASV hears any AUV.
+NOWHERE = ((1e7, 1e7),)
+# No estimate is surer than this (m2): priors of AUVs that have just been launched
+SUREST_M2 = 1e-6
+
+
+def objective_of(name: Objective, inputs: Inputs) -> Value:
+    """Return the function of places that an objective names, for what is predicted.
+
+    Raises:
+        ValueError: for an objective that there is not.
+    """
+    known = {"coverage": _unserved, "information": _unknown, "error": _predicted}
+    if name not in known:
+        raise ValueError(f"there is no objective {name!r}; use one of {', '.join(known)}")
+    return known[name](inputs)
+
+
+def reach_of(inputs: Inputs) -> float:
+    """Return how far (m), seen from above, ASVs hear the deepest AUV; half of its pings, or more,
+    where the channel knows no limit.
+    """
+    hf, deepest = inputs.hf, float(inputs.ways.depths_m.max())
+    slant = hf.range_m
+    if not hf.is_cut:
+        heard = np.flatnonzero(hf.chances >= REACHED)
+        slant = hf.step_m * float(heard[-1]) if len(heard) else 0.0
+    if hf.is_cut and not hf.by_slant:
+        return slant
+    return float(np.sqrt(max(slant**2 - deepest**2, 0.0)))
+
+
+def _unserved(inputs: Inputs) -> Value:
+    """Judge by the share of their ways on which AUVs are heard and told of it."""
+    reach = max(reach_of(inputs), 1.0)
+
+    def value(places: Floats) -> float:
+        sights = seen(inputs, places)
+        served = located(inputs, sights).mean(axis=2) * _delivered(inputs, sights)
+        own, nearest = served.mean(axis=1), sights.level_m.min(axis=2).mean()
+        return float(1.0 - own.min() + OF_ALL * (1.0 - own.mean()) + OF_WAY * nearest / reach)
+
+    return value
+
+
+def _unknown(inputs: Inputs) -> Value:
+    """Judge by what is left unknown by one fix after dead reckoning alone."""
+    alone = predict(inputs, NOWHERE).error_over_time
+    prior = 2.0 / np.maximum(alone**2, 2.0 * SUREST_M2)  # of each axis
+
+    def value(places: Floats) -> float:
+        sights, noise = seen(inputs, places), inputs.noise
+        heard = sights.heard * _delivered(inputs, sights)[..., None]
+        with np.errstate(divide="ignore"):
+            along, across = (
+                looked_up(table, noise.step_m, sights.level_m) / heard
+                for table in (noise.along_m2, noise.across_m2)
+            )
+        gained = information(inputs.ways.places_m, places, along, across)
+        return float(trace_of_inverse(gained + prior[..., None, None] * np.eye(2)).mean())
+
+    return value
+
+
+def _predicted(inputs: Inputs) -> Value:
+    """Judge by the predicted error of the worst AUV."""
+    return lambda places: predict(inputs, places).worst("position_error_p95_m")
+
+
+def _delivered(inputs: Inputs, sights: ExpectedSights) -> Floats:
+    """Return how likely AUVs decode a frame (n, k), whichever ASV broadcasts it."""
+    access, delivered = inputs.access, sights.delivered
+    replies = access.downlink.replies
+    if access.ranging.asvs_ping or (replies and not access.replies_in_frames):
+        return np.ones(delivered.shape[:2])
+    if access.broadcaster.chosen_by == "one" and not replies:
+        return np.asarray(delivered[:, :, access.fixed_asv])
+    if replies or access.broadcaster.serves_nearest:
+        nearest = sights.level_m.argmin(axis=2)[:, :, None]
+        return np.asarray(np.take_along_axis(delivered, nearest, axis=2)[:, :, 0])
+    return np.asarray(delivered.mean(axis=2))
+
+
+# Formations tried at first: radii up to the widest, and angles between two that look alike.
+RADII, ANGLES = 12, 8
+# The best so many of them are improved, to this share of the widest radius, in so many steps.
+IMPROVED, FINELY, MOST_ASKED = 3, 1e-7, 400
+# A placement is improved by steps of this share of the reach at first, to this length (m) in the
+# end, and in so many trials for each of its numbers at most.
+STEP, FINELY_M, TRIALS = 0.25, 0.05, 40
+# Rings are improved to this share of the widest.
+FINE_RING = 1e-3
+
+
+def best_ring(
+    setup: Setup,
+    count: int,
+    objective: Objective | Value = "coverage",
+    inputs: Inputs | None = None,
+) -> tuple[float, float]:
+    """Return radius (m) and angle (deg) of the regular formation of `count` ASVs that is best.
+
+    Its middle is that of the survey, its radius at most the way to the farthest corner.  Arguments
+    and errors are those of :func:`free_places`.
+    """
+    value = _value(setup, objective, inputs)
+    area = setup.area
+    widest = max(math.dist(area.centroid, corner) for corner in area.outline)
+    ring = least_ring(count, value, widest, area.centroid, finely=FINE_RING)
+    return round(ring.radius, 1), round(math.degrees(ring.angle), 1)
+
+
+class Ring(NamedTuple):
+    """A regular formation: its radius (m), the angle (rad) of its first vessel, and its worth."""
+
+    radius: float
+    angle: float
+    value: float
+
+
+def least_ring(
+    count: int,
+    value: Callable[[Floats], float],
+    widest: float,
+    middle: tuple[float, float] = (0.0, 0.0),
+    *,
+    finely: float = FINELY,
+) -> Ring:
+    """Return the regular formation of `count` vessels whose `value` is least.
+
+    `value` takes places (count, 2), m.  Radii up to the `widest` (m) and angles are tried on a
+    grid, and the best improved (:func:`...core.geometry.placement.descended`) to a share `finely`
+    of the widest radius; no formation is wider than that, nor turned by more than to the one that
+    looks alike.
+    Raises ValueError as :func:`...core.geometry.formation.formation` does.
+    """
+    if count <= 1:
+        return Ring(0.0, 0.0, value(formation(count, 0.0) + middle))
+    turn = 2.0 * math.pi / count
+
+    def at(place: Floats) -> float:
+        radius, angle = float(place[0]) * widest, float(place[1]) * turn
+        if not 0.0 <= radius <= widest:
+            return math.inf
+        return value(formation(count, radius, angle) + middle)
+
+    grid = [np.array((r, a)) for r in _steps(RADII, closed=True) for a in _steps(ANGLES)]
+    ranked = sorted(((at(place), n) for n, place in enumerate(grid)), key=lambda pair: pair)
+    tried = [descended(at, grid[n], 0.5 / RADII, finely, MOST_ASKED) for _, n in ranked[:IMPROVED]]
+    place, least = min(tried, key=lambda pair: pair[1])
+    return Ring(float(place[0]) * widest, float(place[1] % 1.0) * turn, least)
+
+
+def _steps(count: int, *, closed: bool = False) -> Floats:
+    """Return so many shares of 1 from 0 on, the last included if `closed`."""
+    return np.linspace(0.0, 1.0, count + closed, endpoint=closed)
+
+
+def free_places(
+    setup: Setup,
+    count: int,
+    objective: Objective | Value = "coverage",
+    inputs: Inputs | None = None,
+) -> Floats:
+    """Return the places (count, 2), m, from which `count` ASVs serve the AUVs' ways best.
+
+    What is best says the objective, or a function of places (count, 2) whose value is to be least:
+
+    * `coverage`: the share of its way on which an AUV is served, of the worst AUV and of all;
+    * `information`: the mean over all ways of tr (P^-1 + J)^-1, P the covariance of dead reckoning
+      alone until then and J the Fisher information of range and bearing of the ASVs, each by how
+      likely it hears the AUV;
+    * `error`: the predicted error of the worst AUV, `position_error_p95_m`.
+
+    It begins with the best ring, with every place as near as possible (k centres) and, where that
+    is too far, with most places heard, and descends from the best of these to a minimum nearby.
+    `inputs` are those of the scenario's prediction, where they are known already.  The same
+    scenario has the same places.
+
+    Raises:
+        ValueError: for less than one ASV, an objective that there is not, and as
+            :func:`.prediction.gathering.inputs_of` does.
+    """
+    inputs = inputs or inputs_of(setup)
+    value = _value(setup, objective, inputs)
+    start = min(_starts(setup, count, value, inputs), key=value)
+    step = STEP * max(reach_of(inputs), FINELY_M)
+
+    def flat(numbers: Floats) -> float:
+        return value(numbers.reshape(-1, 2))
+
+    places, _ = descended(flat, start.ravel(), step, FINELY_M, TRIALS * start.size)
+    return np.round(places.reshape(-1, 2), 1) + 0.0
+
+
+def _value(setup: Setup, objective: Objective | Value, inputs: Inputs | None) -> Value:
+    if callable(objective):
+        return objective
+    return objective_of(objective, inputs or inputs_of(setup))
+
+
+def _starts(setup: Setup, count: int, value: Value, inputs: Inputs) -> list[Floats]:
+    """Return placements (count, 2), m, from which a better one may be near."""
+    radius, angle = best_ring(setup, count, value, inputs)
+    ring = formation(count, radius, math.radians(angle)) + setup.area.centroid
+    ways, reach = inputs.ways.places_m.reshape(-1, 2), reach_of(inputs)
+    covering = k_centre(ways, count)
+    if covering.radius <= reach or reach == 0.0:
+        return [ring, covering.places]
+    return [ring, covering.places, max_cover(ways, count, reach).places]

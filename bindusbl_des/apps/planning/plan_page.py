@@ -1,0 +1,495 @@
+"""The page of a plan: the answer, a chart to move vessels on, what was simulated, and what if."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
+from html import escape
+from string import Template
+from types import MappingProxyType
+from typing import Any
+
+from ...core.geometry.geodesy import degrees_text, minutes_text
+from ...core.records.metrics import SHARES, name_of, unit_of
+from ...core.scenario import families
+from ...core.scenario.scenario import Scenario
+from ...core.setup import Setup
+from ...support.wording import amount, number, significant, timed, with_ends
+from ..campaigns.statistics.intervals import short_key, written
+from ..report.page import THEME, assembled, asset, filled, table
+from ..report.run_data import survey_data
+from ..report.run_page import footer
+from .doubting import became_of
+from .folder import shown_first
+from .prediction.gathering import inputs_of
+from .prediction.inputs import Inputs
+
+Record = Mapping[str, Any]
+
+# A reader takes in so many numbers at a glance.
+MOST_TILES = 4
+
+# Where one asks for a share of the AUVs, and where for a statistic of all of them.
+WHOSE = {"worst": "worst AUV", "mean": "mean of the AUVs"}
+
+
+def units(metric: str) -> dict[str, Any]:
+    """Return words, unit and factor (what is shown of a unit of the metric) of a metric.
+
+    >>> units("hf_coverage")
+    {'words': 'pings in HF range', 'unit': '%', 'factor': 100.0}
+    """
+    try:
+        words, unit = name_of(metric), unit_of(metric)
+    except KeyError:
+        return {"words": metric, "unit": "", "factor": 1.0}
+    if metric in SHARES:
+        return {"words": words, "unit": "%", "factor": 100.0}
+    return {"words": words, "unit": "" if unit == "count" else unit, "factor": 1.0}
+
+
+def goal_text(goal: Record) -> str:
+    """Return a goal with its units in words: what, of whom, below what.
+
+    >>> goal = {"metric": "position_error_p95_m", "below": 1.0, "of": "worst"}
+    >>> goal_text({**goal, **units(goal["metric"])})
+    'Goal for the worst AUV: position error, 95 % of the time below 1.00 m'
+    """
+    whose = goal.get("of", "worst")
+    who = f"the {WHOSE[whose]}" if whose in WHOSE else f"{100 * float(whose):g} % of the AUVs"
+    side = "below" if goal.get("below") is not None else "above"
+    bound = f"{side} {significant(goal[side] * goal['factor'])} {goal['unit']}".strip()
+    return f"Goal for {who}: {goal['words']} {bound}"
+
+
+def worded(text: str, goals: Sequence[Record]) -> str:
+    """Return what a plan says with the metrics of its goals in words.
+
+    >>> worded("position_error_m 0.80 m", [{"metric": "position_error_m"}])
+    'mean position error 0.80 m'
+    """
+    for goal in goals:
+        text = re.sub(rf"\b{goal['metric']}\b", units(goal["metric"])["words"], text)
+    return text
+
+
+def value_of(part: Record | None, name: str, goal: int) -> float | None:
+    """Return one number for a goal of what was predicted or simulated, None where there is none."""
+    values = (part or {}).get(name) or ()
+    return values[goal] if goal < len(values) else None
+
+
+def parted(simulated: Record | None, goal: int, factor: float = 1.0) -> tuple[str, str]:
+    """Return a simulated mean, and the interval that holds it: "" where it is not known.
+
+    >>> parted({"mean": [0.8], "low": [0.75], "high": [0.85]}, 0)
+    ('0.800', '(0.750 to 0.850)')
+    """
+    mean, low, high = (value_of(simulated, name, goal) for name in ("mean", "low", "high"))
+    if mean is None:
+        return "-", ""
+    if low is None or high is None:
+        return significant(mean * factor), ""
+    told, begin, end = with_ends(mean * factor, low * factor, high * factor)
+    return told, f"({begin} to {end})"
+
+
+def interval(simulated: Record | None, goal: int, factor: float = 1.0) -> str:
+    """Return a simulated mean with the interval that holds it, in one text.
+
+    >>> interval({"mean": [0.8], "low": [None], "high": [None]}, 0)
+    '0.800'
+    """
+    return " ".join(filter(None, parted(simulated, goal, factor)))
+
+
+def setting(key: str, value: Any) -> str:
+    """Return a key and its value as `--set` takes them.
+
+    >>> setting("asvs.formation.positions_m", [[0.0, 40.5]])
+    'asvs.formation.positions_m=[[0.0, 40.5]]'
+    """
+    return f"{key}={value if isinstance(value, str) else json.dumps(value)}"
+
+
+def named(keys: Record) -> str:
+    """Return keys and values for the eye, keys as short as they can be told apart.
+
+    >>> named({"asvs.count": 3, "asvs.formation.radius_m": 47.5})
+    'count=3, radius_m=47.5'
+    """
+    names = list(keys)
+    return ", ".join(f"{short_key(key, names)}={written(value)}" for key, value in keys.items())
+
+
+def chart_of(
+    setup: Setup,
+    inputs: Inputs,
+    candidates: Sequence[Inputs | None] = (),
+    moving: Mapping[int, Record] = MappingProxyType({}),
+) -> dict[str, Any]:
+    """Return what a page needs to move the vessels of a scenario about, as plain data.
+
+    `inputs` are those of the scenario, `candidates` those of each candidate of the plan, in its
+    order.  Most candidates differ in their stations alone: `variants` holds each way in which
+    some differ in more, as the parts that are not the scenario's, and `variant_of` the number of
+    each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have, and
+    `moving` the ways of a candidate's vessels that move, as its record has them.
+    """
+    own = inputs.plain()
+    variants: list[dict[str, Any]] = []
+    numbers = []
+    for candidate in candidates:
+        other = {} if candidate is None else _differing(candidate.plain(), own)
+        if other and other not in variants:
+            variants.append(other)
+        numbers.append(variants.index(other) if other else -1)
+    return {
+        **survey_data(setup),
+        "centre": list(setup.area.centroid),
+        "stations": [list(place) for place in setup.kept_stations_m],
+        "moving": {number: _ways(ways) for number, ways in moving.items()},
+        "inputs": own,
+        "variants": variants,
+        "variant_of": numbers,
+        "filters": dict(_filters(setup.scenario, own)),
+    }
+
+
+def _ways(ways: Record) -> dict[str, Any]:
+    asvs = [zip(*way["places_m"], strict=True) for way in ways["asvs"]]
+    return {"seed": ways["seed"], "asvs": [dict(zip("xy", way, strict=True)) for way in asvs]}
+
+
+def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    return {part: value for part, value in plain.items() if value != own[part]}
+
+
+def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield each filter that the scenario can have beside its own settings, and what it changes."""
+    data = scenario.model_dump()
+    for name in families.NAVIGATOR.traits:
+        own_filter = scenario.navigation.filter
+        filtered = own_filter if own_filter == name else name  # with its settings
+        changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
+        with suppress(ValueError):
+            plain = inputs_of(Setup.of(Scenario.model_validate(changed))).plain()
+            yield name, {"navigator": plain["navigator"], **_differing(plain, own)}
+
+
+PREDICTOR = (
+    *("predict_sights.js", "predict_rounds.js", "predict_errors.js", "predict_waiting.js"),
+    *("predict_afterwards.js", "predictor.js", "predict_map.js"),
+)
+CHART = ("saving.js", "seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
+SCRIPTS = (*CHART, "pareto.js", "plan.js")
+
+
+# What a page makes of a record, and of a candidate, that lacks something
+PLAN = {
+    **{"name": "plan", "settled": True},
+    **dict.fromkeys(("goal", "told", "candidates", "runners_up", "binding", "sensitivity"), ()),
+    **dict.fromkeys(("duration_s", "confidence", "missions", "scenario_sha256", "ways")),
+    **dict.fromkeys(("scenario", "chosen", "answer", "would", "run")),
+    **{"excluded": (), "versions": {}, "prediction_error": {}},
+}
+CANDIDATE = {
+    **dict.fromkeys(("asvs", "cost", "predicted", "simulated", "stations")),
+    **{"places": (), "keys": {}, "verdict": "", "told": ""},
+}
+
+
+def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
+    """Return the page of a plan as HTML, one file that asks the network for nothing.
+
+    `record` is what `plan.json` holds, `inputs` what the chart needs to know
+    (:func:`chart_of`); without it no vessel can be moved, and the page says so.  What the
+    record lacks, the page leaves out.
+    """
+    whole = _whole(record, PLAN)
+    candidates = whole["candidates"]
+    whole["goal"] = [{**goal, **units(goal["metric"])} for goal in whole["goal"]]
+    whole["candidates"] = [_whole(candidate, CANDIDATE) for candidate in candidates]
+    for name in ("chosen", "runners_up"):
+        if not candidates:
+            whole[name] = PLAN[name]
+    data = {
+        "scenario": record.get("scenario", "SCENARIO.yaml"),
+        "goal": whole["goal"],
+        "candidates": list(candidates),
+        "chosen": record.get("chosen"),
+        "first": shown_first(record),
+        "chart": inputs,
+    }
+    sections = (_head, _answer, partial(_chart, inputs), _candidates, _sensitivity, _origin)
+    body = "".join(section(whole) for section in sections)
+    return assembled(f"{whole['name']}: plan", body, SCRIPTS, data, "", ("plan.css",))
+
+
+def _whole(given: Record, usual: Record) -> dict[str, Any]:
+    return {**usual, **{name: value for name, value in given.items() if value is not None}}
+
+
+def _head(record: Record) -> str:
+    goals = "; ".join(map(goal_text, record["goal"]))
+    if record["duration_s"]:
+        goals += f"; missions of {timed(record['duration_s'])}"
+    head = filled("<h1>{name}</h1><p>{goals}</p>", name=record["name"], goals=goals)
+    return f"<header><div>{head}</div>{THEME}</header>"
+
+
+def _answer(record: Record) -> str:
+    """Return the answer: in sentences, in numbers, what binds, and the command that flies it."""
+    goals, answer = record["goal"], record["answer"]
+    first, *others = [worded(text, goals) for text in record["told"]] or [_plainly(answer)]
+    kind = "verdict" if answer else "verdict warning"
+    kind = kind if record["settled"] else "verdict open"
+    parts = [filled(f'<p class="{kind}">{{text}}</p>', text=first), _tiles(record)]
+    if beside := _fragile(record) + _binding(record):
+        parts.append(f'<div class="pair">{beside}</div>')
+    parts += [filled("<p>{text}</p>", text=text[:1].upper() + text[1:]) for text in others]
+    if record["would"]:
+        would = worded(record["would"], goals)
+        parts.append(filled("<p><b>What would:</b> {text}</p>", text=would))
+    if record["run"] and answer:
+        fly = '<p class="copied">To fly it: <code id="answer-run">{run}</code></p>'
+        parts.append(filled(fly, run=record["run"]))
+    parts.append(_places(record))
+    return f'<section id="answer"><h2>The answer</h2>{"".join(parts)}</section>'
+
+
+def _plainly(answer: Record | None) -> str:
+    """Return the answer where the record has no words for it."""
+    if not answer:
+        return "No candidate is known to meet the goal."
+    return f"Least team that meets the goal: {named(answer)}."
+
+
+def _places(record: Record) -> str:
+    """Return where the vessels of the team that is drawn lie, "" where that is nowhere on Earth."""
+    if (shown := shown_first(record)) is None:
+        return ""
+    rows = [
+        (
+            str(place.get("asv")),
+            *(number(place.get(axis), 1) for axis in ("x_m", "y_m")),
+            degrees_text(*where),
+            minutes_text(*where),
+        )
+        for place in record["candidates"][shown]["places"]
+        if None not in (where := (place.get("lat_deg"), place.get("lon_deg")))
+    ]
+    if not rows:
+        return ""
+    whose = "" if record["chosen"] is not None else f" of candidate {shown + 1}"
+    headings = [("vessel", ""), ("north", "m"), ("east", "m"), ("in degrees (WGS-84)", ""),
+                ("in degrees and minutes", "")]  # fmt: skip
+    title = f"Where the vessels{whose} {'begin' if record['ways'] else 'lie'}"
+    return f'<h3>{title}</h3><div class="places">{table(headings, rows, title)}</div>'
+
+
+def _binding(record: Record) -> str:
+    """Return in a list what keeps the team from being better, "" where it is not known."""
+    told = [relief["told"] for relief in record["binding"] if relief.get("told")]
+    if not told:
+        return ""
+    shown = shown_first(record)
+    of = "" if shown is None or record["chosen"] is not None else f" candidate {shown + 1}"
+    items = [filled("<li>{text}</li>", text=worded(text, record["goal"])) for text in told]
+    return f"<div><h3>What binds{of}</h3><ul>{''.join(items)}</ul></div>"
+
+
+def _fragile(record: Record) -> str:
+    """Return in a list what becomes of the goals if it is not as planned, the worst first."""
+    cases, goals = record["sensitivity"], record["goal"]
+    if not cases or not goals:
+        return ""
+    order, shown = {False: 0, None: 1, True: 2}, goals[0]
+    items = ""
+    for case in sorted(cases, key=lambda case: order[case.get("met")]):
+        items += filled(
+            "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
+            what=_condition(case),
+            verdict=_verdict(case),
+            mean=parted(case, 0, shown["factor"])[0],
+            planned=parted(case.get("as_planned"), 0, shown["factor"])[0],
+            unit=shown["unit"],
+        )
+    untold = f'<p class="note">{escape(UNTOLD)}</p>' if _is_untold(cases) else ""
+    return f"<div><h3>If it is not as planned</h3><ul>{items}</ul>{untold}</div>"
+
+
+UNTOLD = "Each was simulated with the filter as planned: nobody tells it."
+
+
+def _is_untold(cases: Sequence[Record]) -> bool:
+    """Tell whether filters were left as planned, which older plans did not do."""
+    return all(case.get("known") is False for case in cases)
+
+
+def _condition(case: Record) -> str:
+    return case.get("told") or named(case.get("keys") or {})
+
+
+def _verdict(case: Record) -> str:
+    marks = {True: "✓ ", False: "✗ ", None: ""}
+    return marks[case.get("met")] + became_of(case)
+
+
+def _tiles(record: Record) -> str:
+    """Return the numbers of the answer; of a null answer what was flown, and how sure one asked."""
+    found = [("missions simulated", number(record["missions"], 0), "", "")]
+    if record["confidence"] is not None and record["settled"]:
+        found.append(("confidence", number(record["confidence"], 0, 100), "%", ""))
+    if record["chosen"] is not None:
+        chosen = record["candidates"][record["chosen"]]
+        first = [("vessels", number(chosen["asvs"], 0), "", "")]
+        if _is_priced(record):
+            first.append(("cost", amount(chosen["cost"]), "", ""))
+        for place, goal in enumerate(record["goal"]):
+            mean, span = parted(chosen["simulated"], place, goal["factor"])
+            first.append((f"{goal['words']}, simulated", mean, goal["unit"], span))
+            if (missed := _missed(chosen, place)) is not None:
+                flown = int(chosen["simulated"].get("missions") or 0)
+                first.append(("missions that miss the goal", f"{missed:.0f}", f"of {flown}", ""))
+        found = [*first, *found][:MOST_TILES]
+    tiles = ""
+    for words, value, unit, span in found:
+        more = filled("<dd><small>{span}</small></dd>", span=span) if span else ""
+        tile = "<dt>{words}</dt><dd>{value} <small>{unit}</small></dd>"
+        tiles += f"<div>{filled(tile, words=words, value=value, unit=unit)}{more}</div>"
+    return f'<dl class="tiles">{tiles}</dl>'
+
+
+def _is_priced(record: Record) -> bool:
+    """Tell whether teams cost anything else than one for each vessel."""
+    return any(team["cost"] not in (None, team["asvs"]) for team in record["candidates"])
+
+
+def _missed(candidate: Record, goal: int) -> float | None:
+    """Return how many missions of a candidate missed a goal, None where it is not known."""
+    simulated = candidate["simulated"]
+    share = value_of(simulated, "missed", goal)
+    return None if share is None else share * int(simulated.get("missions") or 0)
+
+
+def _chart(inputs: Mapping[str, Any] | None, record: Record) -> str:
+    """Return the section in which vessels are moved; what its numbers are worth, and leave out."""
+    if inputs is None:
+        return (
+            '<section id="chart"><h2>The chart</h2><p class="note">No vessels can be moved here: '
+            "what the predictor needs to know of this scenario is not in the plan. What was "
+            "simulated is below.</p></section>"
+        )
+    words = {goal["metric"]: goal["words"] for goal in record["goal"]}
+    said = [
+        f"{words[metric]}: of half of the teams by less than "
+        f"{number(error.get('median'), 0, 100)} %, of nine in ten by less than "
+        f"{number(error.get('p90'), 0, 100)} %"
+        for metric, error in record["prediction_error"].items()
+        if metric in words
+    ]
+    precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
+    left_out = " ".join(inputs["inputs"].get("approximations") or ())
+    if any(candidate["stations"] == [] for candidate in record["candidates"]):
+        precision += " Vessels that move are not predicted: they were simulated."
+    return Template(asset("plan.html")).substitute(
+        stated=escape(precision), left_out=escape(left_out)
+    )
+
+
+def _candidates(record: Record) -> str:
+    """Return the plot of candidates and the tables of those that were simulated."""
+    candidates = record["candidates"]
+    if not candidates:
+        return ""
+    chosen = [] if record["chosen"] is None else [record["chosen"]]
+    first = [*chosen, *record["runners_up"]]
+    flown = [place for place, candidate in enumerate(candidates) if candidate["simulated"]]
+    rest = [place for place in flown if place not in first]
+    tables = ""
+    if first:
+        title = "The answer and its runners-up" if chosen else "What came nearest"
+        tables += f"<h3>{title}</h3>" + _table(record, first, title)
+    if rest:
+        tables += (
+            f"<details><summary>The other {len(rest)} that were simulated</summary>"
+            + _table(record, rest, "Other simulated candidates")
+            + "</details>"
+        )
+    return asset("pareto.html") + tables + "</section>"
+
+
+def _table(record: Record, places: Sequence[int], caption: str) -> str:
+    """Return candidates as a table; a script makes of each row's name a button that shows it."""
+    goals, priced = record["goal"], _is_priced(record)
+    headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
+    for goal in goals:
+        headings += [(f"{goal['words']}, predicted", goal["unit"]), ("simulated", goal["unit"])]
+    headings += [("missions", ""), ("verdict", ""), ("settings", "")]
+    rows = []
+    for place in places:
+        candidate = record["candidates"][place]
+        row = [f"{place + 1}", number(candidate["asvs"], 0)]
+        row += [amount(candidate["cost"])] * priced
+        for which, goal in enumerate(goals):
+            predicted = value_of(candidate["predicted"], "value", which)
+            row.append(number(predicted, 2, goal["factor"]))
+            row.append(interval(candidate["simulated"], which, goal["factor"]))
+        missions = number((candidate["simulated"] or {}).get("missions", 0), 0)
+        missed = max((_missed(candidate, which) or 0.0 for which in range(len(goals))), default=0.0)
+        if missed:
+            missions += f", {missed:.0f} miss"
+        verdict = candidate["verdict"] or candidate["told"]
+        rows.append([*row, missions, verdict, named(candidate["keys"])])
+    return f'<div class="candidates">{table(headings, rows, caption)}</div>'
+
+
+def _sensitivity(record: Record) -> str:
+    """Return what becomes of the answer when the sea, the drift or the fleet is not as planned."""
+    cases, goals = record["sensitivity"], record["goal"]
+    if not cases:
+        return ""
+    headings = [("if", "")]
+    for goal in goals:
+        headings += [(goal["words"], goal["unit"]), ("as planned", goal["unit"])]
+    headings += [("missions", ""), ("goal", "")]
+    untold = f" {UNTOLD}" if _is_untold(cases) else ""
+    rows = []
+    for case in cases:
+        numbers = [
+            interval(simulated, place, goal["factor"])
+            for place, goal in enumerate(goals)
+            for simulated in (case, case.get("as_planned"))
+        ]
+        rows.append([_condition(case), *numbers, number(case.get("missions"), 0), _verdict(case)])
+    return (
+        '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
+        '<p class="note">The answer, '
+        "simulated again with one thing changed, and beside it as planned with the same seeds; in "
+        f"brackets the interval that holds the mean with the stated confidence.{untold}</p>"
+        f"{table(headings, rows, 'Sensitivity of the answer')}</section>"
+    )
+
+
+def _origin(record: Record) -> str:
+    versions = record["versions"].items()
+    parts = {
+        "Scenario": record["scenario"],
+        "sha256": record["scenario_sha256"],
+        "Versions": ", ".join(f"{name} {version}" for name, version in versions),
+        "Not simulated": "; ".join(str(group.get("told")) for group in record["excluded"]),
+    }
+    items = "".join(
+        f"<dt>{name}</dt><dd><code>{escape(str(value))}</code></dd>"
+        for name, value in parts.items()
+        if value
+    )
+    if record["answer"]:
+        keys = "".join(f"{setting(key, value)}\n" for key, value in record["answer"].items())
+        items += f"<dt>The answer's keys</dt><dd><pre>{escape(keys)}</pre></dd>"
+    return (
+        '<section id="origin"><h2>What made this plan</h2>'
+        f'<dl class="origin">{items}</dl></section>{footer()}'
+    )

@@ -1,0 +1,313 @@
+"""The least team of ASVs that keeps AUVs on their way: proposed, predicted, flown, chosen, doubted.
+
+What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets the goals),
+`plan.html`, and the campaign `missions/` of all missions that were flown.  `plan.json` holds
+
+* ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
+* ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
+  AUVs), ``"mean"``, or a share of them; ``duration_s`` of a mission; ``confidence``;
+  ``costs``, ``budget_s``, ``budget_missions``,
+* ``missions``: how many were flown; ``settled``: whether the answer has that confidence;
+  ``status``: ``complete``, or ``cut`` where a budget was used up before all was flown,
+* ``answer``: null, or the keys and values of the least team that is shown to meet the goals;
+  ``chosen``: its number among the candidates, or null; ``would``: where none does, what would,
+* ``told``: sentences, the first of which is the answer; ``run``: the command that flies it,
+* ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
+  places, predicted, simulated, verdict, team, told}``.  `places` are the stations, each ``{asv,
+  x_m, y_m, lat_deg, lon_deg}``, of vessels that move where those begin that are drawn.
+  `predicted` is ``{value, low, high}``, nine of ten predictions being as near to what is flown,
+  `simulated` null or ``{missions, mean, low, high}``, all but the number of missions with one
+  for each goal,
+* ``excluded``: ``[{told, count}]``, what was not flown and why,
+* ``runners_up``: numbers of candidates, the best first,
+* ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
+  ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
+  predicted to be were that twice as good,
+* ``sensitivity``: ``[{told, keys, known, missions, mean, low, high, met, as_planned}]``, the team
+  in worse conditions, `known` to its filter or not, and `as_planned`, ``{mean, low, high, met}``,
+  in the same missions without them, `met` where they are met then,
+* ``ways``: null, or where the vessels of the team that is drawn go in one mission, if they move:
+  ``{seed, asvs: [{asv, places_m}]}``,
+* ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
+
+Any number that is not known is null.
+"""
+
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from functools import partial
+from pathlib import Path
+from shlex import quote
+from shutil import rmtree
+from tempfile import mkdtemp
+from typing import Any, TypedDict, Unpack
+from weakref import finalize
+
+from ...core.mission.simulation import simulate
+from ...core.scenario.scenario import Scenario
+from ...core.scenario.scenario_keys import Record
+from ...core.setup import Setup
+from ...support.files import write_text
+from ...support.process import in_notebook
+from ...support.shipped import located
+from ...support.wording import counted, did_you_mean
+from ..campaigns.campaign import Campaign, unfinished_campaign
+from ..campaigns.experiments.experiment import Experiment
+from ..campaigns.experiments.experiment import ExperimentPlan as Missions
+from ..campaigns.experiments.options import PythonArguments
+from ..campaigns.running import check_plugins, remove_own
+from ..export.chart_files import thinned
+from .answer_text import Outcome, best_text, best_yaml, ranked, record, summary
+from .doubting import SEEDS, doubted, doubts, teams_of, with_costlier
+from .flying import Budget, Flights, flights, limit_of, local_workers, wanted
+from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
+from .goals import Goal, Of
+from .plan_page import chart_of, plan_page
+from .question import Asking, Question, goals_of_arguments, read_plan
+from .relief import binding
+from .selecting import Choice, Selection, select
+from .teams import Team, further, inputs_for, narrowed, proposed
+
+
+class Plan:
+    """A plan that was made: its `folder`, and the `record` that `plan.json` holds."""
+
+    def __init__(self, folder: Path, record: Mapping[str, Any]) -> None:
+        self.folder, self.record = folder, record
+
+    def __repr__(self) -> str:
+        answer = "no team" if self.answer is None else f"{self.answer['asvs.count']} ASVs"
+        return f"<Plan {self.record['name']}: {answer}, in {self.folder}>"
+
+    @property
+    def answer(self) -> dict[str, Any] | None:
+        """The keys and values of the least team; None where none is shown to keep to the goals."""
+        answer: dict[str, Any] | None = self.record["answer"]
+        return answer
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """The scenario of that team."""
+        if self.answer is None:
+            return None
+        from ...core.scenario.files.scenario_file import load_scenario
+
+        return load_scenario(self.folder / BEST)
+
+    @property
+    def campaign(self) -> Campaign:
+        """The missions by which the team was chosen."""
+        return unfinished_campaign(self.folder / MISSIONS)
+
+    def summary(self) -> str:
+        """Return what the command prints."""
+        return summary(self.record, str(self.folder))
+
+
+class HowToPlan(TypedDict, total=False):
+    """How a plan is made: `confidence`, `budget_s` and `budget_missions` as in its file, its
+    `seed`, how many `workers`, whether an earlier plan in the folder gives way (`force`), and
+    `quiet`.
+    """
+
+    confidence: float
+    budget_s: float
+    budget_missions: int
+    seed: int
+    workers: int | None
+    force: bool
+    quiet: bool
+
+
+def plan(
+    scenario: str | Path | Scenario,
+    out: str | Path | None = None,
+    *,
+    below: Mapping[str, float] | None = None,
+    above: Mapping[str, float] | None = None,
+    of: Of | None = None,
+    vary: Mapping[str, Iterable[Any]] | None = None,
+    allow_plugins: bool = False,
+    **how: Unpack[HowToPlan],
+) -> Plan:
+    """Return the least team of ASVs that keeps to the goals, and how sure that is.
+
+    `scenario` is a scenario, the path of one or of a plan's file, or the name of one that ships.
+    `below` and `above` are metrics with their limits; they are judged of each mission's worst AUV,
+    or `of` the "mean", or a share of the AUVs (0.8).  `vary` says what may be chosen (dotted keys,
+    each with its values); what it does not name of numbers, formations, schedules and downlinks is
+    proposed.  The folder `out` keeps the plan, and goes on with one of the same question that was
+    cut short; without it all lies in a temporary folder that goes with the plan.
+
+    It stops when the answer is settled, which is decided by the missions alone; `budget_missions`
+    and `budget_s` (seconds of flying) cut it off before, which the record says (`settled`).
+
+    Settings: `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers`
+    (processes at once, one for each CPU), `force` (False) and `quiet` (True but
+    in notebooks).
+
+    Raises:
+        ScenarioError: when a file, a key, a value or a goal is wrong, listing every mistake.
+        TypeError: when an argument is of another kind, or there is none of that name.
+        PluginError: when a user-defined part is not allowed.
+        CampaignError: when the folder holds something else.
+        NotWritten: when the disk is full or the folder gone; what was flown counts.
+    """
+    for name in how:
+        if name not in HowToPlan.__annotations__:
+            hint = did_you_mean(name, (*HowToPlan.__annotations__, "below", "above", "of", "vary"))
+            raise TypeError(f"plan has no argument {name!r}{hint}")
+    asking = Asking(
+        goals_of_arguments(below, above, of),
+        of,
+        PythonArguments(vary),
+        how,
+        allow_plugins,
+    )
+    question = read_plan(located(scenario) if isinstance(scenario, str) else scenario, asking)
+    admitted(question, allow_plugins)
+    budget = Budget(question, quiet=how.get("quiet", not in_notebook()))
+    if out is not None:
+        begun = begin(question, Path(out), force=how.get("force", False))
+        return planned(begun, Path(out), budget, how.get("workers"))
+    folder = Path(mkdtemp(prefix="bindusbl-plan-"))
+    try:
+        made = planned(begin(question, folder), folder, budget, how.get("workers"))
+    except BaseException:
+        rmtree(folder, ignore_errors=True)
+        raise
+    finalize(made, remove_own, folder, os.getpid())
+    return made
+
+
+def admitted(question: Question, allow_plugins: bool) -> None:
+    """Load the user-defined parts that a question names, and ask where its ASVs lie.
+
+    Raises:
+        PluginError: when one is not allowed.
+    """
+    check_plugins(Missions(question.experiment), allow_plugins)
+    for point in range(len(question.experiment.points)):
+        _ = Setup.of(question.experiment.scenario(point)).kept_stations_m
+
+
+def planned(question: Question, folder: Path, budget: Budget, workers: int | None = None) -> Plan:
+    """Find the least team that keeps to the goals, and write down what was found on the way.
+
+    Raises:
+        CampaignError: when another process works in the folder, or it holds other missions.
+        KeyboardInterrupt: when interrupted; what was flown is kept, and is not flown again.
+        NotWritten: when the folder cannot be written; what was flown is kept.
+    """
+    goals = question.goals
+    try:
+        with local_workers(workers) as pool:
+
+            def fly(
+                flown: Sequence[Team], seeds: range, name: str
+            ) -> AbstractContextManager[Flights]:
+                points, given = tuple(team.keys for team in flown), question.experiment.given
+                missions = Experiment(question.name, given, points, tuple(seeds))
+                return flights(
+                    missions, folder / name, wanted(goals), pool, budget.note, limit_of(goals)
+                )
+
+            teams, left_out = narrowed(proposed(question, budget.begin))
+            budget.begin(f"choosing among {counted(len(teams), 'team')}")
+            with fly(teams, question.seeds(), MISSIONS) as missions:
+                sample = partial(budget.sample, missions)
+
+                def note(selection: Selection) -> None:
+                    budget.best = best_text(goals, teams, selection)
+
+                selection = select(
+                    [Choice(team.cost, team.values) for team in teams],
+                    sample,
+                    goals,
+                    confidence=question.confidence,
+                    most_seeds=len(question.seeds()),
+                    note=note,
+                )
+                selection = with_costlier(selection, teams, goals, sample)
+                number = _looked_at(teams, goals, selection)
+                is_found = selection.answer is not None and not budget.cut_by
+                conditions = doubts(teams[number]) if is_found else []
+                rows, flown_in_doubt, failed_in_doubt = list[dict[str, Any]](), 0, ""
+                if conditions:
+                    budget.begin("doubting the answer")
+                    with fly(teams_of(conditions), question.seeds()[:SEEDS], DOUBTS) as doubtful:
+                        rows = doubted(
+                            conditions,
+                            goals,
+                            partial(budget.sample, doubtful),
+                            lambda seeds: sample([(number, seed) for seed in seeds]),
+                        )
+                        flown_in_doubt, failed_in_doubt = len(doubtful), doubtful.failed
+    finally:
+        budget.end()
+    outcome = Outcome(
+        question=question,
+        teams=teams,
+        selection=selection,
+        left_out=left_out,
+        reliefs=[] if budget.cut_by else binding(teams[number]),
+        further="" if is_found else further(teams),
+        doubted=rows,
+        missions=len(missions) + flown_in_doubt,
+        cut=budget.cut_by,
+        failed=missions.failed or failed_in_doubt,
+    )
+    return _written(outcome, folder)
+
+
+def _looked_at(teams: Sequence[Team], goals: Sequence[Goal], selection: Selection) -> int:
+    """Return the number of the answer, or else of the team that comes nearest to the goals."""
+    if selection.answer is not None:
+        return selection.answer
+    flown = ranked(goals, teams, selection)
+    return flown[0] if flown else min(range(len(teams)), key=lambda n: teams[n].rank)
+
+
+def _written(outcome: Outcome, folder: Path) -> Plan:
+    """Write the files of a plan, `plan.json` last; return the plan.
+
+    Raises:
+        OSError: when one cannot be written.
+    """
+    question, team = outcome.question, outcome.team
+    scenario = question.source or str(folder / MISSIONS / "scenario.yaml")
+    file, flown = (str(folder / BEST), team.scenario) if team else (scenario, question.base)
+    ways = _ways(outcome)
+    plan_record = record(outcome, f"bindusbl-des run {quote(file)}{flown.leave}", ways)
+    plan_record["scenario"] = scenario
+    if team is None:
+        (folder / BEST).unlink(missing_ok=True)
+    else:
+        write_text(folder / BEST, best_yaml(team.scenario, plan_record["told"][0]))
+    chart, inputs = None, inputs_for(question, question.base)
+    if inputs is not None:
+        each = [team.inputs for team in outcome.teams]
+        moving = {} if ways is None or outcome.shown is None else {outcome.shown: ways}
+        chart = chart_of(Setup.of(question.base), inputs, each, moving)
+    write_text(folder / PAGE, plan_page(plan_record, chart))
+    text = json.dumps(plan_record, indent=2, allow_nan=False, ensure_ascii=False)
+    write_text(folder / PLAN, f"{text}\n")
+    return Plan(folder, plan_record)
+
+
+def _ways(outcome: Outcome) -> dict[str, Any] | None:
+    """Return where the vessels of the team that is drawn go in the plan's first mission, if they
+    move; None if they keep their stations.
+    """
+    if outcome.shown is None or not outcome.teams[outcome.shown].moves:
+        return None
+    team, seed = outcome.teams[outcome.shown].scenario, outcome.question.seeds()[0]
+    full = Record(detail="full", metrics_from_s=team.record.metrics_from_s)
+    tracks = simulate(team.model_copy(update={"record": full}), seed).tables["tracks"]
+    asvs = []
+    for asv in (f"ASV{number}" for number in range(team.asvs.count)):
+        rows = tracks.loc[tracks.vehicle == asv, ["x_m", "y_m"]].to_numpy()
+        asvs.append({"asv": asv, "places_m": thinned(rows).round(2).tolist()})
+    return {"seed": seed, "asvs": asvs}

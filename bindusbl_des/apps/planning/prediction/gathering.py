@@ -1,0 +1,471 @@
+"""What a prediction takes of a scenario: ways, errors of instruments, who pings and answers when,
+and what depends on a distance alone, at even steps; and, in words, what it leaves out.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from math import cos, hypot, radians, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+from ....core.acoustics.channel import AskedChannel, between
+from ....core.protocol.slots import Slots
+from ....core.scenario import families
+from ....core.scenario.scenario import Scenario
+from ....core.setup import Setup
+from ....core.usbl.measuring import variances
+from ....support.arrays import Floats
+from ....support.plugins import loaded
+from ....support.wording import plain
+from ...preflight.band_warnings import ALWAYS_HEARING, messages, shifted_bands
+from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
+from ...preflight.round_lengths import pace_of
+from .inputs import (
+    AccessPlan,
+    Chances,
+    DriftSource,
+    FixNoise,
+    Inputs,
+    PlannedWays,
+    PredictedNavigator,
+    SlotLengths,
+    SystematicErrors,
+)
+
+
+def inputs_of(setup: Setup) -> Inputs:
+    """Return what the prediction of a scenario is made of.
+
+    What does not depend on the placement of the ASVs is worked out once for all that differ in it.
+
+    Raises:
+        ValueError: when the route cannot be flown, the file of a channel cannot be read, AUVs ping
+            as they like, in no rounds, or come up to fix by GNSS, fixes wait for rounds, or are
+            repeated, relayed or acknowledged in frames.
+    """
+    scenario = setup.scenario
+    if scenario.protocol.random_access:
+        raise ValueError(
+            f"protocol.schedule: {scenario.protocol.rule} has no rounds to predict errors by; "
+            "simulate it, or use a schedule with slots"
+        )
+    for key, is_asked in (
+        ("acknowledge: frame", scenario.protocol.acknowledge == "frame"),
+        ("repeat", scenario.protocol.most_repeats != 0),
+        ("relay", scenario.protocol.relay is not None),
+    ):
+        if is_asked:
+            raise ValueError(
+                f"protocol.{key}: what AUVs send behind a broadcast, and what it brings them, is "
+                "not predicted; simulate it"
+            )
+    route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None
+    if has_gnss and route.surfacing is not None:
+        raise ValueError(
+            "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
+        )
+    if waiting := next(messages(setup), None):
+        raise ValueError(
+            f"{waiting.key}: fixes that wait ever longer are not predicted; simulate it"
+        )
+    return Inputs(
+        float(scenario.duration_s),
+        ways_of(setup),
+        hf_chances(setup),
+        mf_chances(setup),
+        fix_noise(setup),
+        _systematic_errors(setup),
+        _slots(setup),
+        _access(setup),
+        _navigator(setup),
+        tuple(approximations(setup)),
+    )
+
+
+def approximations(setup: Setup) -> Iterator[str]:
+    """Yield sentences on what of a scenario is predicted by something else, or left out."""
+    scenario = setup.scenario
+    for key, name in scenario.plugins.items():
+        if key not in ("asvs.formation", "auvs.route"):
+            yield f"{key} {name} is taken for the part that ships with the program."
+    if taken := setup.schedule.approximation:
+        yield f"{scenario.protocol.schedule} {taken}"
+    if scenario.auvs.vehicle.has_dynamics:
+        yield "AUVs are taken to follow their plans exactly, whatever moves them."
+    if scenario.asvs.vehicle.is_steered:
+        yield "ASVs are taken to keep their stations exactly."
+    if scenario.has_peers:
+        yield (
+            "What AUVs learn from each other (navigation.peers) is left out, and what their "
+            "messages cost on HF."
+        )
+    if scenario.modems is not None:
+        yield "What hosts have modems send (modems) is left out, and what it costs on HF."
+    if scenario.asvs.failures:
+        yield "ASVs that fail are taken to serve all the time."
+    if setup.tells_slots:
+        yield "AUVs are taken to know their slots: in no round does one miss the frame that tells."
+    if scenario.protocol.positions != "truth" or setup.tells_slots:
+        yield "The schedule is taken to know where AUVs are: it may believe in fewer conflicts."
+    if setup.broadcaster.at_once:
+        yield (
+            "All fixes are taken to be in one frame: where AUVs hear several ASVs, frames follow "
+            "each other, rounds are longer, and fixes up to a sixth older."
+        )
+    elif setup.broadcaster.chosen_by in ("hearing", "distance") and loses_pings(setup):
+        yield (
+            f"{scenario.protocol.broadcaster} is taken to choose the ASV that it chooses most "
+            "often: where many pings are lost, who never hears that one is served better than "
+            "predicted."
+        )
+    bands = scenario.acoustics.bands.values()
+    bursts = [burst for burst in (band.burst_s for band in bands) if burst is not None]
+    if bursts:
+        yield (
+            f"Losses that last {plain(max(bursts))} s are taken to come one by one: times without "
+            "a fix, and errors, may be several times those predicted."
+        )
+    if shifted_bands(setup):
+        yield (
+            "Signals that Doppler loses (doppler_limit_m_per_s) are taken to be decoded: where "
+            "AUVs go towards an ASV or away from it there are fewer fixes, and errors are larger."
+        )
+    if scenario.navigation.filter.settings.get("range_rate"):
+        yield "Range rates are left out: errors may be somewhat smaller than predicted."
+    open_ended = not all(band.traits.ends_at_range for band in bands)
+    if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
+        yield (
+            f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
+            f"{plain(scenario.survey.deepest)} m."
+        )
+    if any(band.traits.by_link for band in bands):
+        yield (
+            "Links are taken to be as good as the disc's within range_m, whatever was measured of "
+            "each."
+        )
+    if scenario.acoustics.hf.traits.traces_rays:
+        yield (
+            "Sound is taken to come straight: by what bent rays and echoes make of ranges, fixes "
+            "in a shadow may be tens of metres off."
+        )
+    if scenario.protocol.duplex == "per_node" and not scenario.protocol.asvs_ping:
+        yield ALWAYS_HEARING
+    if (lag := scenario.navigation.filter.settings.get("lag_s")) is not None:
+        yield f"A smoother that waits for {plain(lag)} s is taken to know all later fixes."
+    if setup.taken is not setup:
+        yield "Errors that last are taken to be as slow as they are, whatever the filter assumes."
+    if scenario.navigation.gnss_fix is not None:
+        yield (
+            "GNSS fixes at the surface are left out: where AUVs have them, errors and ages are "
+            "smaller than predicted."
+        )
+    if getattr(scenario.auvs.route, "surface_every_s", None) is not None:
+        yield "AUVs that come up are taken to stay at their depth, seen from above where they are."
+    if scenario.usbl.outlier_share:
+        yield "Outliers of the fixes are left out."
+    if (
+        scenario.acoustics.mf.payload_bytes is not None
+        and scenario.acoustics.mf.overfull != "split"
+    ):
+        yield "No fix waits for a later broadcast, however full the first is."
+
+
+# Instants so far apart (s), but for missions that would have fewer, or more, than these.
+STEP_S, FEWEST, MOST = 2.5, 121, 361
+
+
+class _Plan:
+    """What decides the ways of a scenario's AUVs: placements of ASVs do not."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup, scenario = setup, setup.scenario
+        water = scenario.environment.origin, setup.route
+        self.key: tuple[Any, ...] = (scenario.survey, scenario.auvs, scenario.duration_s, *water)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Plan) and self.key == other.key
+
+
+def ways_of(setup: Setup) -> PlannedWays:
+    """Return where the AUVs of a scenario are going to be, if they keep to their plans.
+
+    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+
+    Raises:
+        ValueError: when the route cannot be flown.
+    """
+    return _ways(_Plan(setup))
+
+
+@lru_cache(maxsize=32)
+def _ways(plan: _Plan) -> PlannedWays:
+    scenario = plan.setup.scenario
+    count = min(max(round(scenario.duration_s / STEP_S) + 1, FEWEST), MOST)
+    times = np.linspace(0.0, scenario.duration_s, count)
+    vehicles = plan.setup.planned_auvs
+    return PlannedWays(
+        times,
+        np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
+        np.stack([vehicle.heading_integral(times) for vehicle in vehicles]),
+        np.array([scenario.survey.depth(auv) for auv in range(len(vehicles))]),
+    )
+
+
+def _systematic_errors(setup: Setup) -> SystematicErrors:
+    """Return the errors that fixes have in common; a clock that drifts as it is half through."""
+    scenario = setup.scenario
+    found = {kind.name: kind.sds for kind in setup.lasting_errors}
+    offset, drift = found.get("clock", (0.0, 0.0))
+    return SystematicErrors(
+        found.get("misalignment", (0.0,))[0],
+        found.get("gnss", (0.0,))[0],
+        scenario.usbl.gnss_time_constant_s,
+        found.get("sound_speed", (0.0,))[0],
+        hypot(offset, drift * float(scenario.duration_s) / 2),
+        scenario.usbl.correlation_s if "slow" in found else 0.0,
+        len(setup.estimated_errors) == len(found),
+    )
+
+
+def _navigator(setup: Setup) -> PredictedNavigator:
+    """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
+    scenario = setup.scenario
+    navigation, sensors = scenario.navigation, setup.own_sensors
+    own = navigation.filter.is_own
+    name = NAVIGATOR if own else str(navigation.filter)
+    first, growth = setup.beliefs
+    assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
+    sources = [
+        *_bias(setup, (assumed[2], assumed[3])),
+        *_current(scenario, assumed[4], growth.wander),
+        *_wandering(setup, assumed[growth.wandering] if growth.wandering else 0.0),
+        *_skew(setup, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
+    ]
+    return PredictedNavigator(
+        name,
+        families.NAVIGATOR.traits[name],
+        navigation.fixed_gain.gain,
+        navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
+        navigation.initial_position_sd_m,
+        assumed[0],
+        sensors.random_walk_m_per_sqrt_s**2,
+        growth.walk,
+        tuple(sources),
+    )
+
+
+def _bias(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
+    drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
+    mean = sensors.bias_m_per_s
+    if not any((*mean, drawn, *assumed)):
+        return []
+    return [DriftSource(frame, mean, (drawn, drawn), assumed)]
+
+
+def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
+    """Return the current as one more velocity that dead reckoning through the water misses."""
+    water = scenario.environment
+    moves = assumed or water.current_m_per_s or water.current_variation_m_per_s
+    if scenario.navigation.velocity == "over_ground" or not moves:
+        return []
+    heading, speed = radians(water.current_direction_deg), water.current_m_per_s
+    mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
+    lasts = None if wander else water.current_variation_time_s if varies else None
+    return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
+
+
+def _wandering(setup: Setup, assumed: float) -> list[DriftSource]:
+    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
+    lasts = sensors.bias_time_constant_s
+    sd = 0.0 if lasts is None else sensors.bias_sd_m_per_s
+    if not sd:
+        lasts = setup.taken.own_sensors.bias_time_constant_s
+    if not (sd or assumed):
+        return []
+    return [DriftSource(frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)]
+
+
+def _skew(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors = setup.own_sensors
+    turned = radians(sensors.heading_sd_deg)
+    if not (sensors.scale_factor_sd or turned or any(assumed)):
+        return []
+    return [DriftSource("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), assumed)]
+
+
+# What stands in for parts of one's own that do not say what they are like.
+SCHEDULE = families.ScheduleTraits(groups="first_fit")
+DOWNLINK = families.DownlinkTraits(waits=True)
+BROADCASTER = families.BroadcasterTraits("turn")
+NAVIGATOR = next(name for name, traits in families.NAVIGATOR.traits.items() if traits.weighs)
+
+
+def _slots(setup: Setup) -> SlotLengths:
+    """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
+    scenario = setup.scenario
+    slots, protocol = setup.slots, scenario.protocol
+    fixes = range(scenario.auvs.count + 1)
+    clock, messages = slots.clock, slots.messages
+    two_way = protocol.calls
+    named = scenario.auvs.count if setup.tells_slots else 0
+    own = protocol.ranging.is_own and hasattr(loaded(protocol.ranging), "slot_s")
+    return SlotLengths(
+        slots.ping_duration,
+        2 if two_way else 1,
+        protocol.turnaround_s if two_way else 0.0,
+        slots.uplink_guard,
+        slots.shortest_uplink,
+        slots.uplink_slot if own else _usual_slot(setup, slots),
+        scenario.survey.deepest,
+        setup.assumed_sound_speed_m_per_s,
+        clock.rate,
+        slots.answer,
+        np.array([clock.after(0.0, slots.downlink_slot(count, named)) for count in fixes]),
+        np.array([
+            slots.airtime(count, named) + messages.packed(count, named)[-1].delay_s
+            for count in fixes
+        ]),
+    )  # fmt: skip
+
+
+def _usual_slot(setup: Setup, slots: Slots) -> float | None:
+    """Return about how long (s) a slot is where schedules know none of T_UL; None where they do.
+
+    AUVs are polled from two thirds of the longest way, as they are on average over a disc.
+    """
+    pace = pace_of(setup, slots)
+    if setup.schedule.pace == "answered":
+        ways = 4.0 / 3.0 * slots.longest_travel_time
+        answered = 2.0 * slots.ping_duration + setup.scenario.protocol.turnaround_s + ways
+        return answered + slots.answer
+    return None if pace is None else pace[0].uplink_slot
+
+
+def _reply_s(setup: Setup) -> float:
+    """Return how long after a ping's front (s) the end of its answer sets out, handed over."""
+    delay, messages = setup.reply_delay_s, setup.messages
+    if not setup.scenario.protocol.replies_in_frames:
+        return delay
+    return delay + messages.airtime(1) + messages.delay(1)
+
+
+def _access(setup: Setup) -> AccessPlan:
+    """Return who pings when, and who answers how."""
+    protocol = setup.scenario.protocol
+    schedule, broadcaster = setup.schedule, setup.broadcaster
+    framed = schedule.framed
+    return AccessPlan(
+        schedule if schedule.groups else SCHEDULE,
+        DOWNLINK if protocol.downlink.is_own else setup.downlink,
+        broadcaster if broadcaster.chosen_by else BROADCASTER,
+        setup.ranging,
+        fixed_asv=protocol.broadcaster.settings.get("asv", 0),
+        frame_s=protocol.frame_s if framed else 0.0,
+        reply_s=_reply_s(setup),
+        replies_in_frames=protocol.replies_in_frames,
+    )
+
+
+# Steps of a table, and how far it reaches: so many times the farthest that matters.
+STEPS, FARTHER = 400, 1.25
+
+
+def farthest_of(setup: Setup) -> float:
+    """Return how far (m) tables reach: across the survey and the formation, or twice the range."""
+    scenario = setup.scenario
+    hf, mf, area = scenario.acoustics.hf, scenario.acoustics.mf, setup.area
+    return FARTHER * max(2.0 * hf.range_m, mf.range_m, 1.5 * area.across)
+
+
+def hf_chances(setup: Setup) -> Chances:
+    """Return how likely a ping is decoded by one array."""
+    scenario = setup.scenario
+    hf, farthest = scenario.acoustics.hf, farthest_of(setup)
+    ranges = np.linspace(0.0, farthest, STEPS + 1)
+    is_cut = hf.traits.ends_at_range or not hf.by_place
+    chances = ping_chance(setup, ranges, scenario.survey.deepest)
+    if chances is None:
+        chances = 1.0 - setup.ping_loss.over(ranges)
+    kept = _threshold(setup, "hf", None if is_cut else setup.ping_channel)
+    return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances, kept)
+
+
+def mf_chances(setup: Setup) -> Chances:
+    """Return how likely an AUV decodes a frame with the fixes of all."""
+    scenario = setup.scenario
+    mf, farthest = scenario.acoustics.mf, farthest_of(setup)
+    is_cut = mf.traits.ends_at_range or not mf.by_place
+    ranges = np.linspace(0.0, farthest, STEPS + 1)
+    chances = frame_chance(setup, ranges, scenario.survey.deepest)
+    if chances is None:
+        chances = np.ones(len(ranges))
+    channel = None if is_cut else setup.frame_channel
+    kept = _threshold(setup, "mf", None if channel is None else channel(1, 1.0))
+    by_slant = not is_cut or mf.range_metric == "slant"
+    return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances, kept)
+
+
+def _threshold(setup: Setup, name: str, channel: AskedChannel | None) -> dict[str, float]:
+    """Return the key of a band's threshold and its value (dB), where it follows from the range."""
+    band = setup.scenario.acoustics.bands[name]
+    if channel is None or not band.traits.has_levels:
+        return {}
+    given, decoding = (band.channel.settings.get(key) for key in ("snr_threshold_db", "decoding"))
+    if given is not None or decoding not in (None, "threshold"):
+        return {}
+    return {f"acoustics.{name}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
+
+
+def fix_noise(setup: Setup) -> FixNoise:
+    """Return what a fix of each AUV by one array errs by, at its depth.
+
+    The arrays that ship resolve all azimuths alike; of an instrument of one's own nobody knows, so
+    that the default array stands in for it.
+    """
+    scenario = setup.scenario
+    farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
+    survey, count = scenario.survey, scenario.auvs.count
+    hf = scenario.acoustics.hf
+    channel = setup.ping_channel if hf.by_place else None
+    rows: dict[float, Floats] = {}
+    shares = 0.0, scenario.usbl.slow_share
+    whole, white = (replace(setup.usbl, slow_share=share) for share in shares)
+    for depth in {survey.depth(auv) for auv in range(count)}:
+        snr = np.full(len(away), math.nan)
+        if channel is not None:
+            asked = between(0.0, *below(np.hypot(away, depth), depth), hf.range_m, calling=False)
+            snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
+        moved = _moved_m2(setup)
+        found, rest = (
+            variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
+            for usbl in (whole, white)
+        )
+        level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
+        slow = np.clip(1.0 - (rest[:, 0] + rest[:, 1]) / level, 0.0, 1.0)
+        rows[depth] = np.column_stack((found, slow))
+    own = np.stack([rows[survey.depth(auv)] for auv in range(count)])
+    step = farthest / STEPS
+    return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(5)))
+
+
+def _moved_m2(setup: Setup) -> float:
+    """Return the variance (m2) of the way between a call and its answer; below 0: none calls.
+
+    A filter that weighs fixes knows that way by dead reckoning, but for the walk meanwhile.
+    """
+    scenario = setup.scenario
+    protocol = scenario.protocol
+    if not setup.ranging.calls:
+        return -1.0
+    lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
+    if scenario.navigation.weighs:
+        return setup.own_sensors.random_walk_m_per_sqrt_s**2 * lasts
+    speed = 0.0 if scenario.auvs.route.is_held else max(scenario.auvs.speeds)
+    return (speed * lasts) ** 2 / 2

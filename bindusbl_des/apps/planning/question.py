@@ -1,0 +1,346 @@
+"""What a plan is asked: which team is the least that meets the goals, and how sure to be.
+
+Plans are read from YAML files, scenarios and options (of the command line, or arguments of Python):
+every mistake at once, each with its place.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from ...core.scenario.files.scenario_file import Source
+from ...core.scenario.scenario import Scenario
+from ...support.facts import cached_property
+from ...support.mistakes import FilePlace, Mistake, ScenarioError
+from ...support.plain_data import Path
+from ...support.plain_yaml import Document, read_text, read_yaml
+from ...support.shipped import shipped
+from ...support.wording import described, did_you_mean
+from ..campaigns.experiments.experiment import Experiment, model_version
+from ..campaigns.experiments.experiment_file import (
+    NO_OPTIONS,
+    document_of,
+    experiment_in,
+    of_scenario_file,
+)
+from ..campaigns.experiments.experiment_points import is_experiment, is_number, is_plan
+from ..campaigns.experiments.options import Options, PythonArguments
+from .goals import Goal, Of, goal_in, goal_of
+
+if TYPE_CHECKING:
+    from .prediction.inputs import Inputs
+
+CONFIDENCE = 0.95
+ASV = "asv"  # whose price is that of one vessel
+UNPRICED = {ASV: 1.0}  # where nothing has one, vessels are counted
+
+# Seeds of one plan begin here for each of its own seed, so that those of two plans differ.
+SEEDS_APART = 1000
+# No candidate is flown with more seeds than this.
+MOST_SEEDS = 200
+
+
+@dataclass(frozen=True)
+class Question:
+    """A scenario, what may be changed of it, and the goals.
+
+    `experiment` is the scenario with the points that the user varies; `listed` tells that these
+    points are all there is to choose from, and nothing is to be proposed besides but places, where
+    none are given.  `costs` are of one ASV (``asv``) and of what a key is set to
+    (``acoustics.mf.range_m=200``).  What is flown in one go is cut off after `budget_s` (s) or
+    `budget_missions`; None: not before it is settled.
+    """
+
+    experiment: Experiment
+    goals: tuple[Goal, ...]
+    source: str = ""
+    listed: bool = False
+    confidence: float = CONFIDENCE
+    budget_s: float | None = None
+    budget_missions: int | None = None
+    costs: Mapping[str, float] = field(default_factory=lambda: dict(UNPRICED))
+    seed: int = 0
+    # What predictions of its scenarios are made of (None: nothing is predicted), once worked out
+    inputs: dict[str, "Inputs | None"] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def name(self) -> str:
+        """What the plan is called."""
+        return self.experiment.name
+
+    @cached_property
+    def base(self) -> Scenario:
+        """The scenario before anything of it is changed."""
+        return self.experiment.base()
+
+    def seeds(self) -> range:
+        """Return the seeds of the missions that may be flown."""
+        first = self.seed * SEEDS_APART
+        return range(first, first + MOST_SEEDS)
+
+    def record(self) -> dict[str, Any]:
+        """Return all that decides the settled answer, as plain data."""
+        given = self.experiment.record()
+        return {
+            "name": self.name,
+            "scenario": given["scenario_as_given"],
+            "varied": given["points"],
+            "listed": self.listed,
+            "goal": [goal.record() for goal in self.goals],
+            "confidence": self.confidence,
+            "costs": dict(self.costs),
+            "seed": self.seed,
+            "model_version": model_version(),
+        }
+
+    def fingerprint(self) -> str:
+        """Return the sha256 of what is asked; equal questions have equal answers."""
+        return hashlib.sha256(json.dumps(self.record(), sort_keys=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Asking:
+    """What is laid over a plan's file, or asked of a scenario; None and () leave it as it is.
+
+    `of` is whose metrics the goals are of, also those of the file; `numbers` are those of a plan's
+    file by their keys (`NUMBERS`).
+    """
+
+    goals: tuple[Goal, ...] = ()
+    of: Of | None = None
+    options: Options | PythonArguments = NO_OPTIONS
+    numbers: Mapping[str, Any] = field(default_factory=dict)
+    allow_plugins: bool = False
+
+
+def goals_of_options(below: Sequence[str], above: Sequence[str], of: Of | None) -> tuple[Goal, ...]:
+    """Return the goals of the options `--below` and `--above`, each ``METRIC=VALUE``.
+
+    Raises:
+        ScenarioError: listing those that are none.
+    """
+    return _all_of(
+        (f"--{name} {text}", partial(goal_of, text, name == "below", of or "worst"))
+        for name, texts in (("below", below), ("above", above))
+        for text in texts
+    )
+
+
+def goals_of_arguments(
+    below: Mapping[str, Any] | None, above: Mapping[str, Any] | None, of: Of | None
+) -> tuple[Goal, ...]:
+    """Return the goals of metrics with their limits.
+
+    Raises:
+        TypeError: when these are no mappings.
+        ScenarioError: listing those that are no goals.
+    """
+    sides = {"below": below, "above": above}
+    for name, limits in sides.items():
+        if limits is not None and not isinstance(limits, Mapping):
+            example = "{'position_error_p95_m': 1.0}"
+            raise TypeError(f"{name} needs a mapping such as {example}; got {described(limits)}")
+    return _all_of(
+        (
+            f"{name}={{{metric!r}: {limit!r}}}",
+            partial(goal_in, {"metric": metric, name: limit, "of": of or "worst"}),
+        )
+        for name, limits in sides.items()
+        for metric, limit in (limits or {}).items()
+    )
+
+
+def _all_of(asked: Iterable[tuple[str, Callable[[], Goal]]]) -> tuple[Goal, ...]:
+    goals, mistakes = [], []
+    for place, read in asked:
+        try:
+            goals.append(read())
+        except ValueError as error:
+            mistakes.append(Mistake.at(FilePlace(place), "goal", without_key(error)))
+    if mistakes:
+        raise ScenarioError(mistakes)
+    return tuple(goals)
+
+
+def without_key(error: ValueError) -> str:
+    """Return what is wrong with a goal, without the key at its beginning, which its place tells.
+
+    >>> without_key(ValueError("goal: no metric 'x'"))
+    "no metric 'x'"
+    """
+    return str(error).partition(": ")[2] or str(error)
+
+
+KEYS = (
+    *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
+    *("cost", "seed"),
+)
+# Points that a user may have compared, and their ASVs together: each is proposed for and predicted
+# before any is flown.
+MOST_POINTS = 500
+MOST_ASVS = 5000
+
+FORM = "{metric: position_error_p95_m, below: 1}"
+
+# The default of each number, and between which two it makes sense; whole where these are.
+NUMBERS = {
+    "confidence": (CONFIDENCE, 0.5, 0.9999),
+    "budget_s": (None, 1.0, 1e7),
+    "budget_missions": (None, 1, 10**9),
+    "seed": (0, 0, 10**12),
+}
+
+
+def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
+    """Read a plan's file, or a scenario's, of which `asking` says the rest.
+
+    Raises:
+        ScenarioError: listing every mistake.
+        TypeError: when `given` is neither a path nor a scenario.
+    """
+    document, source = _document(given, asking.options.overrides)
+    goals, costs = _goals(document, asking), _costs(document)
+    numbers = {name: _number(document, name, asking.numbers.get(name)) for name in NUMBERS}
+    inner = _experiment_document(document)
+    allow = asking.allow_plugins
+    try:
+        experiment = experiment_in(inner, asking.options, source, allow_plugins=allow)
+    except ScenarioError as error:
+        raise ScenarioError(map(_as_candidates, error.mistakes)) from None
+    points = len(experiment.points)
+    counts = (point.get("asvs.count") for point in experiment.points)
+    asvs = sum(count if isinstance(count, int) else 1 for count in counts)
+    if points > MOST_POINTS or asvs > MOST_ASVS:
+        problem = (
+            f"make {points:,} teams with {asvs:,} ASVs before any is proposed; a plan compares "
+            f"{MOST_POINTS} with {MOST_ASVS:,} at most, since each is predicted; narrow the ranges "
+            "or give them a step (4:40:4)"
+        )
+        _note(document, ("candidates",), problem)
+        raise ScenarioError(document.mistakes)
+    return Question(
+        experiment=experiment,
+        goals=goals,
+        source="" if isinstance(given, Scenario) or asking.options.overrides else _named(document),
+        listed=isinstance(document.data.get("candidates"), list),
+        costs=costs,
+        **numbers,
+    )
+
+
+def _named(document: Document) -> str:
+    """Return the scenario's file as one names it from here, or the name of one that ships; "" of a
+    pipe, which is read once.
+    """
+    name = str(document.data["scenario"])
+    named = FilePath(document.file).parent / name
+    return str(named) if named.is_file() else name if name in shipped("scenarios") else ""
+
+
+def _document(
+    given: str | FilePath | Scenario, overrides: tuple[str, ...]
+) -> tuple[Document, Source | None]:
+    if isinstance(given, Scenario):
+        return document_of(given)
+    if not isinstance(given, str | FilePath):
+        needs = "a plan needs a Scenario, or the path of a scenario or plan file"
+        raise TypeError(f"{needs}; got {described(given)}")
+    path = FilePath(given)
+    text = read_text(path)
+    document = read_yaml(text, str(path))
+    data = document.data
+    if not is_plan(data) and not is_experiment(data):  # what is wrong is told as of a scenario
+        return of_scenario_file(path, text, data, overrides)
+    for key in document.data:
+        if key not in KEYS:
+            hint = did_you_mean(key, KEYS) or f"; the keys are {', '.join(KEYS)}"
+            document.report(document.keys[(key,)], (key,), f"unknown key{hint}")
+    return document, None
+
+
+def _experiment_document(document: Document) -> Document:
+    """Return the document of the experiment within a plan's: its scenario and what it varies."""
+    listed = isinstance(document.data.get("candidates"), list)
+    names = {"name": "name", "scenario": "scenario", "candidates": "points" if listed else "vary"}
+    data = {new: document.data[key] for key, new in names.items() if key in document.data}
+
+    def moved(places: Mapping[Path, FilePlace]) -> dict[Path, FilePlace]:
+        return {(names.get(str(path[0]), path[0]), *path[1:]) if path else path: place
+                for path, place in places.items()}  # fmt: skip
+
+    return replace(document, data=data, keys=moved(document.keys), values=moved(document.values))
+
+
+def _as_candidates(mistake: Mistake) -> Mistake:
+    """Return a mistake under the name that the section has in a plan's file."""
+    section, dot, rest = mistake.key.partition(".")
+    if section in ("vary", "points") and not mistake.file.startswith("--"):
+        return replace(mistake, key=f"candidates{dot}{rest}")
+    return mistake
+
+
+def _note(document: Document, path: Path, message: str, place: FilePlace | None = None) -> None:
+    known = document.values
+    found = place or known.get(path) or known.get(path[:1]) or FilePlace(document.file, 1, 1)
+    document.report(found, path, message)
+
+
+def _goals(document: Document, asking: Asking) -> tuple[Goal, ...]:
+    """Return the goals that were asked for, or else those of the file."""
+    if asking.goals:
+        return asking.goals
+    if "goal" not in document.data:
+        remedy = f"add it, such as `goal: {FORM}`, or ask for --below METRIC=VALUE"
+        _note(document, ("goal",), f"missing; {remedy}")
+        return ()
+    written = document.data["goal"]
+    several = isinstance(written, list) and written
+    goals: list[Goal] = []
+    for number, goal in enumerate(written if several else [written]):
+        path: Path = ("goal", number) if several else ("goal",)
+        if isinstance(goal, dict) and asking.of is not None:
+            goal = {**goal, "of": asking.of}
+        try:
+            goals.append(goal_in(goal))
+        except ValueError as error:
+            _note(document, path, without_key(error))
+    return tuple(goals)
+
+
+def _number(document: Document, key: str, asked: float | None) -> Any:
+    """Return a number as it was asked for, or else that of the file, or else its default."""
+    default, low, high = NUMBERS[key]
+    if asked is None and key not in document.data:
+        return default
+    value = document.data[key] if asked is None else asked
+    whole = isinstance(low, int)
+    fits = isinstance(value, int) and not isinstance(value, bool) if whole else is_number(value)
+    if fits and low <= value <= high:
+        return value if whole else float(value)
+    place = None if asked is None else FilePlace(f"--{key.replace('_', '-')} {value}")
+    bounds = f"a whole number >= {low} and <= {high}" if whole else (
+        f"a number >= {low:g} and <= {high:g}"
+    )  # fmt: skip
+    _note(document, (key,), f"needs {bounds}; got {described(value)}", place)
+    return default
+
+
+def _costs(document: Document) -> dict[str, float]:
+    """Return what one ASV costs, and what else has a price."""
+    given = document.data.get("cost", {})
+    if not isinstance(given, dict):
+        needs = "needs {asv: price, KEY=VALUE: price, ...}"
+        _note(document, ("cost",), f"{needs}; got {described(given)}")
+        return dict(UNPRICED)
+    for key, price in given.items():
+        path: Path = ("cost", key)
+        if key != ASV and "=" not in key:
+            remedy = f"write {ASV}, or KEY=VALUE such as acoustics.mf.range_m=200"
+            _note(document, path, f"no such cost; {remedy}", document.keys.get(path))
+        if not is_number(price) or price < 0 or (key == ASV and price == 0):
+            _note(document, path, f"needs a price > 0; got {described(price)}")
+    return {**UNPRICED, **{key: float(price) for key, price in given.items() if is_number(price)}}

@@ -1,0 +1,153 @@
+"""What would help, as predicted: a team were one thing twice as good, a scenario by a change."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...core.results.effects import Foreseen
+from ...core.setup import Setup
+from ..advice.changes import changed, proposals
+from .goals import value_text
+from .prediction.gathering import inputs_of
+from .prediction.predicting import predict
+from .teams import Team, excess, value_of
+
+if TYPE_CHECKING:
+    from ...core.results.result import Result
+
+# Less than this share of a value is no gain.
+NOTEWORTHY = 0.01
+
+# A reader compares a few, one of each kind; predictions are off by more than a smaller share.
+MOST, WORTHWHILE = 5, 0.1
+
+# A fleet with more pairs of an AUV and an ASV takes seconds to predict, with each change anew.
+LARGEST = 3_000
+
+TWICE, HALF, QUARTER = 0.5, 2, 4
+
+# What may bind, its relief in words, and by what which numbers of the inputs are divided then.
+# Slots stay as they are where ranges double: the speed of sound and the depth that they are
+# reckoned with double, too, and clock errors halve, so that they are as many metres as before.
+IMPROVED: tuple[tuple[str, str, Mapping[str, Any]], ...] = (
+    (
+        "coverage",
+        "coverage: were HF and MF ranges twice as long",
+        {
+            "hf": {"range_m": TWICE, "step_m": TWICE},
+            "mf": {"range_m": TWICE, "step_m": TWICE},
+            "slots": {"sound_speed_m_per_s": TWICE, "deepest_m": TWICE},
+            "systematic": {"clock_s": HALF},
+        },
+    ),
+    (
+        "uplink",
+        "uplink slots: were they half as long",
+        {
+            "slots": {
+                **dict.fromkeys(("ping_s", "turnaround_s", "uplink_guard_s"), HALF),
+                **dict.fromkeys(("shortest_uplink_s", "fixed_uplink_s"), HALF),
+                "sound_speed_m_per_s": TWICE,
+            },
+            "systematic": {"clock_s": HALF},
+            "access": {"frame_s": HALF},
+        },
+    ),
+    (
+        "downlink",
+        "downlink bits: were frames half as long",
+        {"slots": {"downlink_s": HALF, "frame_s": HALF, "answer_s": HALF}},
+    ),
+    (
+        "fix_noise",
+        "fix noise: were it half as large",
+        {
+            "noise": dict.fromkeys(("along_m2", "across_m2", "down_m2", "leaning_m2"), QUARTER),
+            "systematic": dict.fromkeys(
+                ("misalignment_rad", "gnss_m", "sound_speed_share", "clock_s"), HALF
+            ),
+        },
+    ),
+    (
+        "drift",
+        "drift of dead reckoning: were it half as large",
+        {
+            "navigator": {
+                "walk_m2_per_s": QUARTER,
+                "assumed_walk_m2_per_s": QUARTER,
+                "sources": {
+                    "mean": HALF, "drawn_sd": HALF, "assumed_sd": HALF, "wander_per_s": QUARTER,
+                },
+            }
+        },
+    ),
+)  # fmt: skip
+
+
+def improved(whole: Any, divisors: Any) -> Any:
+    """Return a record in which some numbers are divided, those that it has; of a tuple each."""
+    if isinstance(whole, tuple):
+        return tuple(improved(part, divisors) for part in whole)
+    if isinstance(divisors, Mapping):
+        parts = {name: improved(getattr(whole, name), own) for name, own in divisors.items()}
+        return replace(whole, **parts)
+    return None if whole is None else whole / divisors
+
+
+class Relief(NamedTuple):
+    """What would be twice as good, in words: a goal's value as predicted then, and whether that
+    meets it.
+    """
+
+    what: str
+    told: str
+    value: float
+    meets: bool
+
+
+def binding(team: Team) -> list[Relief]:
+    """Return what would help a team most, the most first; nothing where it is not predicted.
+
+    The goal that is the farthest from being met, as predicted, is what counts.
+    """
+    pairs = zip(team.question.goals, team.values, strict=True)
+    known = [(excess(goal, value), goal, value) for goal, value in pairs if value == value]
+    if team.inputs is None or not known:
+        return []
+    far, goal, now = max(known, key=lambda pair: pair[0])
+    found = []
+    for what, words, divisors in IMPROVED:
+        value = value_of(goal, predict(improved(team.inputs, divisors), team.stations))
+        if excess(goal, value) < far - NOTEWORTHY:
+            values = f"{value_text(goal, value)} instead of {value_text(goal, now)}, as predicted"
+            told = f"{words}: {goal.metric} {values}"
+            found.append(Relief(what, told, value, excess(goal, value) < 0))
+    return sorted(found, key=lambda relief: excess(goal, relief.value))
+
+
+def foreseen(result: "Result") -> tuple[Foreseen, ...]:
+    """Return what is predicted to lower the worst AUV's mean error, the best first.
+
+    Nothing where the scenario cannot be predicted, or its fleet is too large.
+    """
+    if result.scenario.auvs.count * result.scenario.asvs.count > LARGEST:
+        return ()
+    try:
+        now = _error(result.setup)
+    except ValueError:
+        return ()
+    best: dict[str, Foreseen] = {}
+    for change in proposals(result)[0]:
+        with suppress(ValueError):  # it cannot be predicted
+            scenario = changed(result.scenario, change.settings)
+            assert scenario is not None  # as it was proposed
+            then = _error(Setup.of(scenario))
+            known = best.get(change.kind)
+            if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):
+                best[change.kind] = Foreseen(change.words, change.lines, now, then)
+    return tuple(sorted(best.values(), key=lambda predicted: predicted.then_m)[:MOST])
+
+
+def _error(setup: Setup) -> float:
+    return predict(inputs_of(setup), setup.stations_m).worst("position_error_m")

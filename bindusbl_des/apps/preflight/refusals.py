@@ -1,0 +1,113 @@
+"""What a mission refuses as it is put together, asked before there is one.
+
+What keys contradict is told where they are read.  This takes longer to find out: at which speed a
+hull settles, how often a path comes up, what stands in a file of sound.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import exp
+
+from ...core.scenario.files.scenario_file import Source
+from ...core.scenario.scenario import Scenario
+from ...core.setup import Setup
+from ...support.mistakes import Problem, ScenarioError
+from ...support.plain_yaml import Document
+
+# A mean of a varying current beyond so many standard deviations is drawn by one seed in forty.
+SIGMAS = 2.0
+
+
+def usable(source: Source, allow_plugins: bool = False) -> tuple[Document, Scenario]:
+    """Return the scenario of a file that a mission does not refuse, and the document it is of.
+
+    Raises:
+        ScenarioError: listing every mistake.
+    """
+    document, scenario = source.read(allow_plugins)
+    found = tuple(map(document.mistake, refusals(Setup.of(scenario))))
+    if found:
+        raise ScenarioError(found)
+    return document, scenario
+
+
+def refusals(setup: Setup) -> Iterator[Problem]:
+    """Yield why no mission of a scenario can begin."""
+    yield from _tables(setup)
+    yield from _ways(setup)
+    scenario = setup.scenario
+    yield from _carried_away(scenario, scenario.environment.current_m_per_s, is_sure=True)
+
+
+def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
+    """Yield vehicles too slow for the current that some seeds draw."""
+    scenario = setup.scenario
+    water, span = scenario.environment, scenario.duration_s
+    sd, memory = water.current_variation_m_per_s, water.current_variation_time_s
+    if sd > 0.0:
+        # of the mean of a Gauss-Markov process over the mission
+        share = 2.0 * memory / span * (1.0 - memory / span * (1.0 - exp(-span / memory)))
+        fastest = water.current_m_per_s + SIGMAS * sd * share**0.5
+        yield from _carried_away(scenario, fastest, is_sure=False)
+
+
+def _tables(setup: Setup) -> Iterator[Problem]:
+    """Yield what is wrong with tables of sound, which are held to the scenario's water, and with
+    links, which are held to its vehicles.
+    """
+    for band in ("hf", "mf"):
+        channel = setup.scenario.acoustics.bands[band].channel
+        if setup.scenario.acoustics.bands[band].traits.by_link and not channel.is_own:
+            try:
+                _ = setup.ping_channel if band == "hf" else setup.frame_channel
+            except ValueError as error:
+                yield Problem(f"acoustics.{band}.channel.file", str(error))
+        file = channel.settings.get("rays") if channel == "table" else None
+        if file is None:
+            continue
+        from ...models.channels.ray_tables import read_table  # brings pyarrow
+
+        try:
+            read_table(file, setup.sound_profile)
+        except ValueError as error:
+            yield Problem(f"acoustics.{band}.channel.rays", str(error))
+
+
+def _ways(setup: Setup) -> Iterator[Problem]:
+    """Yield why AUVs cannot fly what is planned for them: those that steer, or come up."""
+    auvs, surfacing = setup.scenario.auvs, setup.scenario.auvs.route.surfacing
+    comes_up = surfacing is not None and surfacing.surface_every_s is not None
+    if not (auvs.vehicle.has_dynamics or comes_up) or "auvs.route" in setup.scenario.plugins:
+        return
+    try:
+        _ = setup.plans
+    except (ValueError, ArithmeticError) as error:
+        key, _, message = str(error).partition(": ")
+        own = "auvs.route.surface_every_s" if comes_up else "auvs.vehicle"
+        known = key.startswith("auvs.")
+        yield Problem(key if known else own, message if known else str(error), ("auvs.vehicle",))
+
+
+def _carried_away(scenario: Scenario, current: float, *, is_sure: bool) -> Iterator[Problem]:
+    """Yield fleets of hulls that make less way than a current (m/s), of all seeds or of some."""
+    auvs, asvs = scenario.auvs, scenario.asvs
+    varies = scenario.environment.current_variation_m_per_s > 0.0
+    if current == 0.0 or is_sure == varies:
+        return
+    fleets: tuple[tuple[str, str, Sequence[float]], ...] = (
+        ("auvs", "AUV", auvs.speeds if auvs.vehicle.has_dynamics else ()),
+        ("asvs", "ASV", [0.0] * asvs.count if asvs.vehicle.has_dynamics else ()),
+    )
+    for section, word, speeds in fleets:
+        if not speeds:
+            continue
+        found = getattr(scenario, section).vehicle.carried_away(speeds, current)
+        if found is not None:
+            number, reason = found
+            often = "" if is_sure else "; missions of such seeds end at 0 s"
+            when = "" if is_sure else " for some seeds"
+            key = "current_m_per_s" if is_sure else "current_variation_m_per_s"
+            yield Problem(
+                f"environment.{key}",
+                f"is too much for {word}{number}{when}: {reason}{often}",
+                (f"{section}.vehicle", f"{section}.vehicle.model"),
+            )

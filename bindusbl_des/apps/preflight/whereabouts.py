@@ -1,0 +1,260 @@
+"""Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
+
+from collections.abc import Iterator, Sequence
+
+from ...core.scenario.scenario import Scenario
+from ...core.setup import Setup
+from ...support.mistakes import Problem
+from ...support.wording import timed
+
+# Vehicles of which the same is to be said are named up to so many.
+MOST_NAMED = 5
+
+# A place so little (m) beyond the edge of an area is on it: rounding.
+ON_THE_EDGE_M = 1e-6
+
+# A lane is outside an area where it is so for longer than this (m).
+SHORTEST_GAP_M = 0.1
+
+# Instants at which a track is looked at, to tell for how long it is outside the survey.
+LOOKS = 2001
+
+
+def formation(setup: Setup) -> Iterator[Problem]:
+    """Yield which ASVs are moored where nobody may have meant them to be: by default outside the
+    survey, or beyond hearing.
+    """
+    scenario = setup.scenario
+    asked = scenario.asvs.formation.moored
+    if asked is None:
+        return
+    stations, area = setup.stations_m, setup.area
+    beyond = [area.beyond(x, y) for x, y in stations]
+    if asked.is_placed or asked.radius_m is not None or len(stations) == 1:
+        yield from _unheard(scenario, beyond)
+        return
+    radius = asked.radius(scenario.acoustics.hf.range_m)
+    outside = sum(excess > 1e-9 * radius for excess in beyond)
+    if outside:
+        edge = f" ({area.side / 2:g} m from the centre)" if area.side else ""
+        yield Problem(
+            "asvs.formation.radius_m",
+            f"is by default hf.range_m + clearance_m = {radius:g} m, which puts {outside} of "
+            f"{len(stations)} ASVs outside the survey, up to {max(beyond):.3g} m beyond its edge"
+            f"{edge}; set it to have them elsewhere",
+            ("asvs.formation.clearance_m", "acoustics.hf.range_m", *shapes(scenario)),
+        )
+
+
+def _unheard(scenario: Scenario, beyond: Sequence[float]) -> Iterator[Problem]:
+    """Yield which ASVs are so far (m) beyond the survey's edge that they hear nobody in it."""
+    reach = scenario.acoustics.hf.range_m
+    deaf = [asv for asv, excess in enumerate(beyond) if excess > reach]
+    if not deaf or not scenario.acoustics.hf.traits.ends_at_range:
+        return
+    asked = scenario.asvs.formation
+    names = [name for name in ("positions_m", "positions_deg") if getattr(asked, name) is not None]
+    farthest = max(beyond[asv] for asv in deaf)
+    yield Problem(
+        f"asvs.formation.{(*names, 'radius_m')[0]}",
+        f"{named('ASV', deaf)} up to {farthest:.4g} m beyond the edge of the survey, HF reaches "
+        f"{reach:g} m: no AUV is heard there that is in the survey",
+        ("acoustics.hf.range_m", *shapes(scenario)),
+    )
+
+
+def deep(setup: Setup) -> Iterator[Problem]:
+    """Yield which AUVs are deeper than a band reaches, and so never heard, or never told."""
+    scenario = setup.scenario
+    survey, bands = scenario.survey, scenario.acoustics
+    missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
+    for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
+        if band.range_metric != "slant" or not band.traits.ends_at_range:
+            continue
+        deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > band.range_m]
+        if deaf:
+            yield Problem(
+                f"survey.depth{'s' * (survey.depths_m is not None)}_m",
+                f"{named('AUV', deaf)} deeper than the {name.upper()} range, {band.range_m:g} m "
+                f"slant: no ASV at the surface {words}",
+                (f"acoustics.{name}.range_m", f"acoustics.{name}.range_metric"),
+            )
+
+
+def anchors(setup: Setup) -> Iterator[Problem]:
+    """Yield what keeps ASVs that are placed anew from being where AUVs are."""
+    scenario = setup.scenario
+    asked, auvs = scenario.asvs.formation.replanned, scenario.auvs
+    if asked is None:
+        return
+    if scenario.protocol.asvs_ping:
+        yield Problem(
+            "asvs.formation.model",
+            f"{asked.MODEL} goes by what is planned alone: with passive ranging AUVs fix "
+            "themselves, and the fleet knows of no fix",
+            ("protocol.ranging",),
+        )
+    fastest = max(auvs.speeds)
+    if auvs.route.is_flown and asked.speed_m_per_s < fastest:
+        yield Problem(
+            "asvs.formation.speed_m_per_s",
+            f"is {asked.speed_m_per_s:g} m/s and AUVs go at {fastest:g} m/s: ASVs fall behind on "
+            "every lane",
+            ("auvs.speed_m_per_s", "auvs.speeds_m_per_s"),
+        )
+
+
+def shapes(scenario: Scenario) -> list[str]:
+    """Return the keys that say how large the survey is."""
+    return [f"survey.{name}" for name in scenario.survey.shapes]
+
+
+def routes(setup: Setup) -> Iterator[Problem]:
+    """Yield which AUVs have places to go to or to hold outside the survey."""
+    scenario = setup.scenario
+    route, area = scenario.auvs.route, setup.area
+    if not route.PLACES:
+        return
+    plans = setup.route.places
+    beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
+    outside = {auv: excess for auv, excess in beyond.items() if excess > ON_THE_EDGE_M}
+    if outside:
+        yield Problem(
+            f"auvs.route.{route.places_key}",
+            f"{named('AUV', list(outside))} outside the survey of {area.words}, up to "
+            f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
+            "the survey",
+            tuple(shapes(scenario)),
+        )
+
+
+# Who waits for a shorter share of a mission than this hardly changes its means.
+IDLE_SHARE = 0.05
+# Lanes that are longer than a mission by this factor are not flown in it, however they are divided.
+FAR_TOO_LONG = 1.5
+
+
+def idle(setup: Setup) -> Iterator[Problem]:
+    """Yield by how much a mission is longer than its survey: that time counts in its means."""
+    scenario = setup.scenario
+    end, lanes = float(scenario.duration_s), scenario.auvs.route.lanes
+    if scenario.ends_with_survey or lanes is None:
+        return
+    area, spacing, margin = setup.area, lanes.lane_spacing_m, lanes.end_margin_m
+    inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
+    if inside / spacing / sum(scenario.auvs.speeds) > FAR_TOO_LONG * end:
+        return  # it takes no plan to see, and so no time
+    try:
+        flown = float(setup.survey_end_s)
+    except ValueError:
+        return  # it has no end that is known, or none in time
+    if end - flown > IDLE_SHARE * end:
+        rests = scenario.auvs.recovery(0) is not None
+        does = "wait where they are recovered" if rests else "go there and back once more"
+        yield Problem(
+            "duration_s",
+            f"is {timed(end)}, and the survey is flown after {timed(flown)}: in the other "
+            f"{timed(end - flown)} AUVs {does}, and all means have that time in them; write "
+            f"`duration_s: survey` to end with it",
+            ("auvs.route",),
+        )
+
+
+def bays(setup: Setup) -> Iterator[Problem]:
+    """Yield which lanes leave an area and come back, straight across a bay of it."""
+    auvs, area = setup.scenario.auvs, setup.area
+    route = auvs.route.lanes
+    if route is None or area.is_rectangle:
+        return
+    import shapely  # which rectangles do not need
+
+    inside = area.along(setup.lanes_heading_rad).shape
+    if inside.equals(inside.convex_hull):
+        return
+    try:
+        shares = setup.lane_shares
+    except ValueError:
+        return  # which is told as a mistake
+    lanes, crossed, gaps = 0, dict[int, int](), list[tuple[float, float]]()
+    for auv, share in enumerate(shares):
+        lanes += len(share.lanes)
+        for lane in share.lanes:
+            line = shapely.LineString([(lane.x_min, lane.y), (lane.x_max, lane.y)])
+            ends = lane.x_min + SHORTEST_GAP_M, lane.x_max - SHORTEST_GAP_M
+            own = [
+                gap
+                for gap in shapely.get_parts(line.difference(inside)).tolist()
+                if gap.length > SHORTEST_GAP_M
+                and ends[0] < gap.bounds[0]
+                and gap.bounds[2] < ends[1]
+            ]
+            if own:
+                crossed[auv] = crossed.get(auv, 0) + 1
+            for gap in own:
+                looks = [gap.interpolate(n / 20, normalized=True) for n in range(21)]
+                gaps.append((gap.length, float(shapely.distance(inside, looks).max())))
+    if gaps:
+        whose = ", ".join(f"AUV{auv} on {many}" for auv, many in crossed.items())
+        yield Problem(
+            f"survey.{setup.scenario.survey.shapes[0]}",
+            f"{sum(crossed.values())} of {lanes} lanes leave the area and come back across a bay "
+            f"({whose}): {sum(gap for gap, _ in gaps):.4g} m in all, {max(gaps)[0]:.4g} m at a "
+            f"stretch, up to {max(away for _, away in gaps):.3g} m beyond its edge; turn the lanes "
+            "(auvs.route.lane_heading_deg), or survey the parts one by one",
+            ("auvs.route.lane_heading_deg", "auvs.route.lane_spacing_m"),
+        )
+
+
+def named(kind: str, numbers: Sequence[int]) -> str:
+    """Return vehicles by their numbers, and the verb; of many the first few."""
+    names = [f"{kind}{number}" for number in numbers[:MOST_NAMED]]
+    if len(numbers) > MOST_NAMED:
+        return f"{', '.join(names)} and {len(numbers) - MOST_NAMED} more are"
+    return f"{', '.join(names)} {'is' if len(numbers) == 1 else 'are'}"
+
+
+def tracks(setup: Setup) -> Iterator[Problem]:
+    """Yield whose tracks leave them standing still for a while, or leave the survey."""
+    scenario = setup.scenario
+    route = scenario.auvs.route.recording
+    if route is None:
+        return
+    import numpy as np  # which other routes do not need
+
+    area, duration = setup.area, scenario.duration_s
+    instants = np.linspace(0.0, duration, LOOKS)
+    late: dict[int, float] = {}
+    early: dict[int, float] = {}
+    away: dict[int, tuple[float, float]] = {}
+    for auv in range(len(route.files)):
+        try:
+            times, places = setup.auv_track(auv)
+        except ValueError:
+            continue  # which is told as a mistake
+        late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
+        ways = [np.interp(instants, times, places[:, axis]) for axis in (0, 1)]
+        beyond = np.array([area.beyond(x, y) for x, y in zip(*ways, strict=True)])
+        if beyond.max() > 0.0:
+            away[auv] = float(beyond.max()), float(np.mean(beyond > 0.0))
+    for what, when, still in (("begins late", "first", late), ("ends early", "last", early)):
+        stood = {auv: time for auv, time in still.items() if time > 0.0}
+        for auv, time in list(stood.items())[:MOST_NAMED]:
+            yield Problem(
+                f"auvs.route.files.{auv}",
+                f"the track of AUV{auv} {what}: it lies still for the {when} {time:.4g} s of "
+                f"{duration:g} s ({100 * time / duration:.2g} %){_more(len(stood))}",
+                ("duration_s", "auvs.route.time_offset_s"),
+            )
+    for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
+        yield Problem(
+            f"auvs.route.files.{auv}",
+            f"the track of AUV{auv} leaves the survey of {area.words}, by up to {excess:.3g} m "
+            f"and for {100 * share:.2g} % of the mission{_more(len(away))}; slots are made for "
+            "sound that crosses the survey",
+            tuple(shapes(scenario)),
+        )
+
+
+def _more(tracks: int) -> str:
+    """Tell how many of so many tracks are not named."""
+    return f", as do {tracks - MOST_NAMED} more" if tracks > MOST_NAMED else ""

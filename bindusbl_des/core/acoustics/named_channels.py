@@ -1,0 +1,85 @@
+"""The channels of both bands, as a scenario names them."""
+
+from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
+from typing import Any
+
+from ...support.plugins import Family, is_plugin
+from ..scenario.families import CHANNEL, MF_CHANNEL
+from ..scenario.part_choice import settings_of, shipped_part
+from ..scenario.sections.acoustics import Loss, UplinkSection
+from ..scenario.site import Site
+from .asking import Asking, as_sold
+from .channel import AskedChannel, own_channel
+from .loss import COMBINERS, LossTerms, contention_loss, loss_law
+from .sonar_equation import SoundMessage, timing_sd_s
+from .sound_settings import Sound
+
+# The channel of a frame of so many bytes that is on the air for so long (s).
+FrameChannel = Callable[[int, float], AskedChannel]
+
+
+def ping_channel(site: Site) -> AskedChannel | None:
+    """Return the channel of pings; None for the compiled disc.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+        ValueError: when the file of a curve is none.
+    """
+    hf = site.scenario.acoustics.hf
+    return _channel(site, CHANNEL, SoundMessage(hf.ping_s), hf.range_m)
+
+
+def frame_channel(site: Site) -> FrameChannel | None:
+    """Return the channel of frames; None: the disc.  Errors are those of :func:`ping_channel`."""
+    mf = site.scenario.acoustics.mf
+    if not mf.channel.is_own and MF_CHANNEL.declared(mf.channel).ends_at_range:
+        return None
+
+    @cache
+    def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
+        # a frame of neither header nor fix says all the same that it is one
+        message = SoundMessage(airtime_s, max(1, 8 * size_bytes))
+        channel = _channel(site, MF_CHANNEL, message, mf.range_m)
+        assert channel is not None
+        return channel
+
+    channel_of(mf.fix_bytes, 1.0)  # what is wrong with it is told before the mission
+    return channel_of
+
+
+def _channel(
+    site: Site, family: Family[Any], message: SoundMessage, range_m: float
+) -> AskedChannel | None:
+    choice: str = attrgetter(family.key)(site.scenario)
+    if is_plugin(choice):
+        return own_channel(family, choice)
+    if family.declared(choice).ends_at_range:
+        return None
+    modem = attrgetter(family.key.rpartition(".")[0])(site.scenario).modem
+    made: AskedChannel | None = shipped_part(family, choice)(Asking(site, message, range_m, modem))
+    return made
+
+
+def loss_of(loss: Loss, range_m: float, auvs: int) -> LossTerms:
+    """Return how likely a ping is lost over a disc of a range (m) that so many AUVs share."""
+    return LossTerms(
+        loss_law(loss.law, range_m).coefficients,
+        list(COMBINERS).index(loss.combine),
+        contention_loss(auvs, loss.contention_per_auv) if auvs else 0.0,
+        loss.cap,
+    )
+
+
+def timing_sd_of(hf: UplinkSection) -> float:
+    """Return what a ping of 0 dB adds to the noise (s) of the elements that time it; 0 without a
+    sonar that knows of levels.
+    """
+    timing = hf.channel.settings.get("timing", "constant")
+    if timing == "constant" or not CHANNEL.declared(hf.channel).has_levels:
+        return 0.0
+    settings = settings_of(CHANNEL, hf.channel)
+    assert isinstance(settings, Sound)
+    settings = as_sold(settings, hf.modem)
+    return float(timing_sd_s(settings, 0.0, hf.ping_s, timing == "carrier"))

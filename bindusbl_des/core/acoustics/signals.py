@@ -1,0 +1,320 @@
+"""Signals that any vehicle sends to all others: where each sounds, and what becomes of it there.
+
+Data packets, frames of AUVs, signals of access programs and, at other AUVs, pings spread in one way
+(:meth:`Sounds.send`) and are decided in one way (:func:`signal_outcome`), on the sea of their band.
+"""
+
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...support.compiled import compiled
+from ...support.packed import Packed, unpacked
+from ...support.streams import Purpose, Streams, uniform
+from ..records.events import (
+    BY_AUV_FRAME,
+    BY_FRAME,
+    BY_OWN_FRAME,
+    BY_OWN_PACKET,
+    BY_OWN_PING,
+    BY_OWN_SIGNAL,
+    BY_PACKET,
+    BY_PING,
+    BY_SIGNAL,
+    CHANCE,
+    COLLIDED,
+    DOPPLER,
+    FAILED_MEANWHILE,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+)
+from ..records.rows import NONE, PING, RECEPTION, EventBuffer, Rows
+from ..vehicles.fleet import VehicleFleet
+from ..vehicles.motion import places
+from .channel import AskedChannel, heard_from
+from .loss import LossTerms, loss_probability
+from .propagation import PROSPECT, drowns, within
+from .sounds import SOUND, Sea, beyond, deafen, emit, interference, place_of, solve
+from .travel_time import NEARLY_THERE, PASSED, distance
+
+# As what a signal of a kind deafens who sends it
+ITSELF = {
+    BY_PING: BY_OWN_PING,
+    BY_SIGNAL: BY_OWN_SIGNAL,
+    BY_PACKET: BY_OWN_PACKET,
+    BY_AUV_FRAME: BY_OWN_FRAME,
+}
+
+# A sound is over by an instant (s) that its end has been rounded to.
+ROUNDING = 1e-9
+
+# Where it is not known when a sound will be there, it is looked at again so much later (s).
+SOON = 1e-3
+
+# Pings that sound beside other signals: receptions, pings, how long (s) each lasts.  None do on MF.
+Pings = tuple[Rows, Rows, float]
+NO_PINGS: Pings = (np.empty(0, RECEPTION), np.empty(0, PING), 0.0)
+
+
+class Spreading(NamedTuple):
+    """How signals of a band (`name`) come to others: as the `channel` says, which may draw from
+    `random`; where none is asked, within a `reach` (m), seen from above unless `slant`, with the
+    disc's `loss`.  They are lost where the path changes faster than a `doppler_limit` (m/s).
+    """
+
+    channel: AskedChannel | None
+    loss: LossTerms
+    slant: bool
+    reach: float
+    name: str
+    random: np.random.Generator | None
+    doppler_limit: float | None
+
+
+class Sounds(EventBuffer):
+    """All sounds of a band on record, in the order in which their signals were sent."""
+
+    def __init__(
+        self, auvs: VehicleFleet, asvs: VehicleFleet, sound_speed: float, *, long: bool
+    ) -> None:
+        """Take who sends and listens, and the sound speed (m/s); `long` as of :class:`Sea`."""
+        super().__init__(SOUND)
+        #: What compiled code is handed, a :class:`Sea`.
+        self.sea = Packed(Sea(self.array, auvs.motion, asvs.motion, sound_speed, long))
+        self.hand_on(self.sea, "sounds")
+        self.fleets, self._speed, self._long = (auvs, asvs), sound_speed, long
+        #: How many AUVs there are, and vehicles in all.
+        self.auvs, self.vehicles = len(auvs), len(auvs) + len(asvs)
+
+    def deafen(self, kind: int, signal: int, vehicle: int, time: float, lasts: float) -> None:
+        """Let a vehicle hear nothing while it sends a signal itself, as :func:`.sounds.deafen`."""
+        self.count = deafen(self.room_for(1), self.count, kind, signal, vehicle, time, lasts)
+
+    def send(
+        self, kind: int, signal: int, sender: int, time: float, lasts: float, by: Spreading,
+        keys: NDArray[np.uint64], nth: int, listeners: int | None = None,
+    ) -> range:  # fmt: skip
+        """Let a vehicle send a signal to the first so many of all vehicles (None: to all), but to
+        itself and to ASVs that have failed; return the sounds of it.
+
+        It is the `nth` of its sender, and lost by the chance of that and `keys` (listeners,).
+        Meanwhile its sender hears nothing.
+        """
+        for fleet in self.fleets:
+            fleet.advance(time)
+        count = self.vehicles if listeners is None else listeners
+        deaf, first, prospects = np.zeros(count, np.bool_), self.count, np.empty(0, PROSPECT)
+        for vehicle in (sender, *(self.auvs + asv for asv in self.fleets[1].failed(time))):
+            deaf[vehicle : vehicle + 1] = True
+        if by.channel is not None:
+            prospects = self.heard_from(by.channel, sender, time, count, by)
+        self.room_for(count)
+        self.count = spread_signal(
+            self.sea.address, first, kind, signal, sender, time, lasts, deaf, by.slant, by.reach,
+            by.loss, prospects, keys[:count], nth,
+        )  # fmt: skip
+        sent = range(first, self.count)
+        if by.doppler_limit is not None:
+            self.lose_shifted(self.rows[first:], time, by.doppler_limit)
+        self.deafen(ITSELF[kind], signal, sender, time, lasts)
+        return sent
+
+    def heard_from(
+        self, channel: AskedChannel, sender: int, time: float, listeners: int, by: Spreading
+    ) -> Rows:
+        """Return what a channel makes of a signal that begins at an instant (s) at the first so
+        many of all vehicles, :data:`.propagation.PROSPECT`.
+        """
+        auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self.fleets)
+        around = auvs, asvs
+        return heard_from(channel, time, sender, around, listeners, by.reach, by.name, by.random)
+
+    def lose_shifted(self, sounds: Rows, time: float, limit: float) -> None:
+        """Let those who would decode signals that begin at an instant (s) lose them where the path
+        changes faster than a limit (m/s).
+        """
+        senders, listeners = sounds["sender"].copy(), sounds["listener"].copy()
+        shifted = beyond(self.sea.address, senders, listeners, time, limit)
+        shifted &= sounds["outcome"] == IN_FLIGHT
+        sounds["outcome"][shifted], sounds["why"][shifted] = LOST, DOPPLER
+
+    # What becomes of sounds
+
+    def known(self, time: float) -> float:
+        """Return up to when (s) it is known how all vehicles move, at least to an instant (s)."""
+        if all(fleet.foreseen for fleet in self.fleets):
+            return inf
+        for fleet in self.fleets:
+            fleet.advance(time)
+        return time
+
+    def expected_end(self, row: int, now: float) -> float:
+        """Return when (s) a sound is over, or an instant before that at which to look again."""
+        sound, known = self.array[row], inf
+        if not all(fleet.foreseen for fleet in self.fleets):
+            here, there = (self._place(int(sound[whose]), now) for whose in ("sender", "listener"))
+            way = float(np.linalg.norm(np.subtract(here, there))) / self._speed
+            leaves = float(sound["sent_at_s"] + sound["late_s"])
+            leaves += float(sound["lasts_s"]) if self._long else 0.0
+            near = leaves + NEARLY_THERE * way
+            if near > now:
+                return near
+            known = self.known(now + (1.0 - NEARLY_THERE) * way + SOON)
+        solve_rows(self.sea.address, row, row + 1, known)
+        end = float(self.array[row]["ended_at_s"])
+        return end if end < inf else now + SOON
+
+    def _place(self, vehicle: int, time: float) -> tuple[float, float, float]:
+        """Return where (m) a vehicle is at an instant (s) that has come."""
+        fleet, number = (0, vehicle) if vehicle < self.auvs else (1, vehicle - self.auvs)
+        x, y, z, _ = self.fleets[fleet].vehicles[number].at(time)
+        return x, y, z
+
+    def settle(self, time: float) -> None:
+        """Work out when all sounds are at their listeners, as far as is known at an instant (s)."""
+        solve_rows(self.sea.address, 0, self.count, self.known(time))
+
+    def outcome(
+        self, row: int, time: float, capture: float, pings: Pings = NO_PINGS
+    ) -> tuple[int, int, int]:
+        """Return what has become of a sound by an instant (s), why, and by what; `pings` sound at
+        ASVs as well.
+        """
+        return outcome_of(
+            self.sea.address, row, time + ROUNDING, self.known(time), self.count, *pings, self.auvs,
+            capture,
+        )  # fmt: skip
+
+    def fails_meanwhile(self, row: int) -> bool:
+        """Tell whether a sound is at an ASV that fails before it is over."""
+        sound = self.array[row]
+        asv, arrived = int(sound["listener"]) - self.auvs, float(sound["arrived_at_s"])
+        lasts = float(sound["ended_at_s"]) - arrived
+        return asv >= 0 and self.fleets[1].works_for(asv, arrived, lasts) < lasts
+
+    def received(
+        self, row: int, time: float, capture: float, pings: Pings = NO_PINGS
+    ) -> tuple[int, int, int]:
+        """Return :meth:`outcome` of a sound that is lost at an ASV that fails meanwhile."""
+        found = self.outcome(row, time, capture, pings)
+        if found[0] in (HEARD, LOST) and self.fails_meanwhile(row):
+            return LOST, FAILED_MEANWHILE, NONE
+        return found
+
+
+def luck_keys(
+    streams: Streams, purpose: Purpose, sender: tuple[int, ...], fleets: tuple[VehicleFleet, ...]
+) -> NDArray[np.uint64]:
+    """Return what signals of a sender are lost by on their way to each vehicle: a further vehicle
+    leaves the others' as they were.
+    """
+    return np.concatenate([
+        streams.of(purpose, *sender, kind).integers(2**64, size=len(fleet), dtype=np.uint64)
+        for kind, fleet in enumerate(fleets)
+    ])  # fmt: skip
+
+
+@compiled
+def spread_signal(
+    packed: int, row: int, kind: int, signal: int, sender: int, time: float, lasts: float,
+    deaf: NDArray[np.bool_], slant: bool, reach: float, loss: LossTerms, prospects: Rows,
+    keys: NDArray[np.uint64], nth: int,
+) -> int:  # fmt: skip
+    """Write the sounds of a signal from a row on, at all that are not `deaf` (n,); return the row
+    after the last.
+
+    Each is lost by a chance of its pair of vehicles, by its key of `keys` (n,): that of the `nth`
+    signal of its sender.  On the disc there are no `prospects`, else (n,).
+    """
+    sea = unpacked(packed, Sea)
+    strengths, lates, here = np.full(deaf.size, nan), np.zeros(deaf.size), place_of(
+        sender, time, sea
+    )  # fmt: skip
+    chances = np.ones(deaf.size)
+    for listener in range(deaf.size):
+        if deaf[listener]:
+            continue
+        there = place_of(listener, time, sea)
+        if prospects.size:
+            prospect = prospects[listener]
+            chances[listener] = prospect.loss
+            if prospect.loss < 1.0 or prospect.sound > 0.0:
+                strengths[listener], lates[listener] = prospect.sound, prospect.late_s
+        elif within(here, there, slant, reach):
+            strengths[listener] = 1.0
+            chances[listener] = loss_probability(distance(here, there), loss)
+    end = emit(sea, row, kind, signal, sender, time, lasts, strengths, lates)
+    for number in range(row, end):
+        sound = sea.sounds[number]
+        sound.loss = chances[sound.listener]
+        if sound.loss >= 1.0:
+            sound.outcome, sound.why = OUT_OF_RANGE, OUT_OF_RANGE
+        elif uniform(keys[sound.listener], 0, nth, 0) < sound.loss:
+            sound.outcome, sound.why = LOST, CHANCE
+        if not sea.long and sound.listener >= sea.auvs.first.size - 1:  # what pings meet at ASVs
+            solve(sound, inf, sea)
+    return end
+
+
+@compiled
+def solve_rows(packed: int, first: int, end: int, known: float) -> None:
+    """Solve the sounds first..end of a sea by its address (:func:`.sounds.solve`)."""
+    sea = unpacked(packed, Sea)
+    for row in range(first, end):
+        solve(sea.sounds[row], known, sea)
+
+
+@compiled
+def outcome_of(
+    packed: int, row: int, time: float, known: float, count: int, receptions: Rows, pings: Rows,
+    ping_s: float, auvs: int, capture: float,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Return :func:`signal_outcome` of a sound of the first `count` of a sea, by its address."""
+    sea = unpacked(packed, Sea)
+    solve(sea.sounds[row], known, sea)
+    return signal_outcome(
+        row, sea.sounds[:count], time, receptions, pings, ping_s, auvs, capture, sea, known
+    )
+
+
+@compiled
+def signal_outcome(
+    row: int, sounds: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float, auvs: int,
+    capture: float, sea: Sea | None, known: float,
+) -> tuple[int, int, int]:  # fmt: skip
+    """Return what has become of a sound by an instant (s), why and by what; in flight if it is not
+    over by then.
+
+    At ASVs pings of `ping_s` (s) sound as well: `receptions`.  `sea` and `known` as of
+    :func:`.sounds.interference`.  A frame of an ASV that is lost anyway is not told to be destroyed
+    by what overlaps it.
+    """
+    sound = sounds[row]
+    if sound.outcome == OUT_OF_RANGE:
+        return OUT_OF_RANGE, OUT_OF_RANGE, NONE
+    if sound.ended_at_s > time:
+        return IN_FLIGHT, NONE, NONE
+    if sound.outcome == LOST and sound.kind == BY_FRAME:
+        return LOST, sound.why, NONE
+    begins, ends, listener = sound.arrived_at_s, sound.ended_at_s, sound.listener
+    others, strongest = interference(
+        sounds, row, row + 1, listener, begins, ends, sounds[-1].longest_s, None, sea, known
+    )
+    why, by, most = NONE, NONE, 0.0
+    if strongest != NONE:
+        why, by, most = sounds[strongest].kind, sounds[strongest].signal, sounds[strongest].sound
+    if listener >= auvs and len(pings):
+        longest, met = PASSED * pings[-1].longest_s + ping_s, len(receptions)
+        more, strongest = interference(
+            receptions, met, met, listener - auvs, begins, ends, longest, None, None, inf
+        )
+        others += more
+        if strongest != NONE and receptions[strongest].sound > most:
+            why, by = BY_PING, receptions[strongest].ping
+    if drowns(sound.sound, others, capture):
+        return COLLIDED, why, by
+    return (LOST, sound.why, NONE) if sound.outcome == LOST else (HEARD, NONE, NONE)

@@ -1,0 +1,290 @@
+"""The area of sea to be surveyed: a square, a rectangle that may be turned, or a simple polygon.
+
+Survey frame: x north, y east (m); angles turn from +x towards +y.  What a rectangle needs is said
+in closed form here; the geometry of other polygons is shapely's, loaded where there is one.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...support.facts import cached_property
+
+if TYPE_CHECKING:
+    import numpy as np
+    import shapely
+    from numpy.typing import ArrayLike, NDArray
+
+Point = tuple[float, float]
+
+# Polygons smaller than this (m, m2) are mistakes: two points given twice, degrees for metres.
+LEAST_ACROSS, LEAST_AREA = 0.1, 0.01
+
+# What lies within this share of a band's width of its edge only touches it: rounding.
+TOUCHING = 1e-6
+
+# Rectangles whose areas differ by less than this share are equal: rounding.
+EQUAL = 1e-9
+
+
+class Box(NamedTuple):
+    """The bounds of something along the axes of a frame (m)."""
+
+    x_min: float
+    y_min: float
+    x_max: float
+    y_max: float
+
+    @property
+    def corners(self) -> tuple[Point, ...]:
+        """The four corners, going round once."""
+        return (
+            (self.x_max, self.y_max), (self.x_max, self.y_min),
+            (self.x_min, self.y_min), (self.x_min, self.y_max),
+        )  # fmt: skip
+
+    def beyond(self, x: float, y: float) -> float:
+        """Return how far (m) a place lies beyond the nearest line of an edge, negative inside.
+
+        >>> Box(-30.0, -30.0, 30.0, 30.0).beyond(0.0, 40.0)
+        10.0
+        """
+        middle_x, middle_y = (self.x_min + self.x_max) / 2, (self.y_min + self.y_max) / 2
+        out_x = abs(x - middle_x) - (self.x_max - middle_x)
+        out_y = abs(y - middle_y) - (self.y_max - middle_y)
+        return max(out_x, out_y)
+
+
+def bounds(points: Sequence[Point]) -> Box:
+    """Return the bounds of points.
+
+    >>> bounds([(0.0, 1.0), (2.0, -1.0)])
+    Box(x_min=0.0, y_min=-1.0, x_max=2.0, y_max=1.0)
+    """
+    x, y = zip(*points, strict=True)
+    return Box(min(x), min(y), max(x), max(y))
+
+
+def turned(point: Point, angle: float) -> Point:
+    """Return a point turned about the origin by an angle (rad); by none, the same to the bit."""
+    if angle == 0.0:
+        return point
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return point[0] * cosine - point[1] * sine, point[0] * sine + point[1] * cosine
+
+
+@dataclass(frozen=True)
+class Area:
+    """A simple polygon: its corners (m) in a frame of its own, which is turned by an angle (rad).
+
+    Made by :func:`rectangle` or :func:`polygon`.  A rectangle's own frame has its axes along the
+    sides, so that what is planned in it does not depend on how it is turned.
+
+    >>> rectangle(300.0, 200.0).square_m, polygon([(0, 0), (60, 0), (0, 80)]).square_m
+    (60000.0, 2400.0)
+    """
+
+    corners: tuple[Point, ...]
+    turn: float
+    is_rectangle: bool
+
+    @cached_property
+    def outline(self) -> tuple[Point, ...]:
+        """The corners in the survey frame, going round once."""
+        return tuple(turned(corner, self.turn) for corner in self.corners)
+
+    @cached_property
+    def box(self) -> Box:
+        """The bounds in the survey frame."""
+        return bounds(self.outline)
+
+    @property
+    def side(self) -> float | None:
+        """The side of a square about the origin along the axes; None for any other area."""
+        box = bounds(self.corners)
+        is_square = box.x_max == box.y_max == -box.x_min == -box.y_min
+        return 2 * box.x_max if self.is_rectangle and is_square and self.turn == 0.0 else None
+
+    @property
+    def square_m(self) -> float:
+        """How large it is (m2)."""
+        return _moments(self.outline)[0]
+
+    @cached_property
+    def centroid(self) -> Point:
+        """Its centre of gravity, x and y (m): of a rectangle, which lies about it, the origin."""
+        return (0.0, 0.0) if self.is_rectangle else _moments(self.outline)[1]
+
+    @cached_property
+    def across(self) -> float:
+        """The longer side of the smallest rectangle around it (m): of a square, its side."""
+        if self.is_rectangle:
+            box = bounds(self.corners)
+            return max(box.x_max - box.x_min, box.y_max - box.y_min)
+        return max(_sides(self.shape))
+
+    @property
+    def farthest(self) -> float:
+        """How far its farthest corner is from the origin (m)."""
+        return max(math.hypot(*corner) for corner in self.corners)
+
+    @property
+    def words(self) -> str:
+        """What it is, in words."""
+        if not self.is_rectangle:
+            return f"{plain_area(self.square_m)}, a polygon of {len(self.corners)} corners"
+        box = bounds(self.corners)
+        size_x, size_y = box.x_max - box.x_min, box.y_max - box.y_min
+        sides = f"{size_x:g} m" if size_x == size_y else f"{size_x:g} m by {size_y:g} m"
+        return f"{sides}, turned by {math.degrees(self.turn):g} deg" if self.turn else sides
+
+    @cached_property
+    def shape(self) -> "shapely.Polygon":
+        """It as shapely's, in the survey frame."""
+        import shapely
+
+        return shapely.Polygon(self.outline)
+
+    def along(self, heading: float) -> "Area":
+        """Return it as seen in a frame whose x axis has a heading (rad).
+
+        >>> rectangle(30.0, 20.0, math.radians(70.0)).along(math.radians(70.0)).box
+        Box(x_min=-15.0, y_min=-10.0, x_max=15.0, y_max=10.0)
+        """
+        if heading == self.turn:
+            return Area(self.corners, 0.0, self.is_rectangle)
+        corners = tuple(turned(corner, self.turn - heading) for corner in self.corners)
+        return Area(corners, 0.0, False)
+
+    def beyond(self, x: float, y: float) -> float:
+        """Return how far (m) a place is outside; 0 or less inside.
+
+        For a rectangle it is how far beyond the line of an edge.
+        """
+        if self.is_rectangle:
+            return bounds(self.corners).beyond(*turned((x, y), -self.turn))
+        import shapely
+
+        return float(shapely.distance(self.shape, shapely.Point(x, y)))
+
+    def contains(self, points: "ArrayLike") -> "NDArray[np.bool_]":
+        """Tell of each point (n, 2), m, whether it lies inside; on the edge counts."""
+        import numpy as np
+
+        x, y = np.asarray(points, dtype=np.float64).T
+        if self.side is not None:
+            return np.asarray(np.maximum(abs(x), abs(y)) <= self.side / 2)
+        import shapely
+
+        return np.asarray(shapely.intersects_xy(self.shape, x, y))
+
+    def spans(self, edges: Sequence[Point]) -> list[Point]:
+        """Return how far it reaches along x (m) within each band of y, lower and upper edge (m).
+
+        Raises ValueError for a band that it does not reach into.
+
+        >>> polygon([(0, 0), (60, 0), (60, 20), (0, 20)]).spans([(0.0, 10.0)])
+        [(0.0, 60.0)]
+        """
+        if self.is_rectangle and self.turn == 0.0:
+            return [(self.box.x_min, self.box.x_max)] * len(edges)
+        import numpy as np
+        import shapely
+
+        lower, upper = np.array(edges).T
+        inset = TOUCHING * (upper - lower)  # an edge along a band's edge is not within it
+        bands = shapely.box(
+            self.box.x_min - 1.0, lower + inset, self.box.x_max + 1.0, upper - inset
+        )
+        left, _, right, _ = shapely.bounds(shapely.intersection(self.shape, bands)).T
+        if np.isnan(left).any():
+            raise ValueError("a band of y lies outside the survey; use bands within its bounds")
+        return list(zip(left.tolist(), right.tolist(), strict=True))
+
+
+def plain_area(square_m: float) -> str:
+    """Return an area (m2) as one says it.
+
+    >>> plain_area(45_000.0), plain_area(12.25)
+    ('45,000 m2', '12.2 m2')
+    """
+    return f"{square_m:,.0f} m2" if square_m >= 1000.0 else f"{square_m:.3g} m2"
+
+
+def vertices(count: int, radius: float, angle_rad: float) -> list[Point]:
+    """Return those of a regular polygon about the origin (m), the first at an angle from +x towards
+    +y, the others in that direction of turning; one alone is the origin.
+
+    >>> [(round(x), round(y)) for x, y in vertices(4, 50.0, 0.0)]
+    [(50, 0), (0, 50), (-50, 0), (0, -50)]
+    """
+    if count == 1:
+        return [(0.0, 0.0)]
+    angles = [angle_rad + 2.0 * math.pi * number / count for number in range(count)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
+def rectangle(size_x: float, size_y: float, turn: float = 0.0) -> Area:
+    """Return the rectangle about the origin of two sides (m), turned by an angle (rad)."""
+    box = Box(-size_x / 2, -size_y / 2, size_x / 2, size_y / 2)
+    return Area(box.corners, turn, True)
+
+
+def polygon(corners: Sequence[Point]) -> Area:
+    """Return the polygon of some corners (m), of which the last may repeat the first.
+
+    Raises:
+        ValueError: saying what is wrong, when they make no simple polygon.
+    """
+    points = [(float(x), float(y)) for x, y in corners]
+    if len(points) > 1 and points[0] == points[-1]:
+        points.pop()
+    if len(points) < 3:
+        raise ValueError(f"needs at least three corners that differ; got {len(points)}")
+    import shapely
+
+    shape = shapely.Polygon(points)
+    if not shape.is_valid:
+        where = shapely.is_valid_reason(shape).rpartition("[")[2].rstrip("]").replace(" ", ", ")
+        raise ValueError(f"crosses or touches itself at ({where}); give its corners going round")
+    if shape.area < LEAST_AREA or min(_sides(shape)) < LEAST_ACROSS:
+        raise ValueError(
+            f"encloses {shape.area:.2g} m2, no area to be surveyed; are its corners in metres?"
+        )
+    return Area(tuple(points), 0.0, False)
+
+
+def _sides(shape: "shapely.Polygon") -> tuple[float, float]:
+    """Return the sides (m) of the smallest rectangle around a shape; of equal ones the longest.
+
+    One of its sides lies along one of the hull's.  About a triangle all three are equal.
+    """
+    import numpy as np
+    import shapely
+
+    hull = shapely.get_coordinates(shape.convex_hull)
+    steps = np.diff(hull, axis=0)
+    along = steps / np.hypot(*steps.T)[:, np.newaxis]
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    sides = np.stack([np.ptp((hull - hull[0]) @ axes.T, axis=0) for axes in (along, across)])
+    square, longer = sides.prod(axis=0), sides.max(axis=0)
+    least = square <= square.min() * (1.0 + EQUAL)
+    one, other = sides[:, np.where(least, longer, 0.0).argmax()].tolist()
+    return one, other
+
+
+def _moments(points: Sequence[Point]) -> tuple[float, Point]:
+    """Return area (m2) and centroid (m) of a simple polygon, by the shoelace formula.
+
+    Coordinates are taken from its first corner, or else far surveys would lose digits.
+    """
+    x0, y0 = points[0]
+    twice = first_x = first_y = 0.0
+    for (ax, ay), (bx, by) in zip(points, [*points[1:], points[0]], strict=True):
+        ax, ay, bx, by = ax - x0, ay - y0, bx - x0, by - y0
+        cross = ax * by - bx * ay
+        twice += cross
+        first_x += (ax + bx) * cross
+        first_y += (ay + by) * cross
+    return abs(twice) / 2, (x0 + first_x / (3 * twice), y0 + first_y / (3 * twice))

@@ -1,0 +1,314 @@
+"""Paths of straight lines and arcs, along which a vehicle can be placed by distance travelled; the
+shortest between two poses, for a vehicle that cannot turn on the spot.
+"""
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...support.arrays import Floats
+from ...support.facts import cached_property
+from .area import Box, bounds, turned
+
+# Segments shorter than this (m) are left out: they carry no distance, only rounding.
+SHORTEST_SEGMENT = 1e-9
+
+QUARTER_TURN, FULL_TURN = math.pi / 2.0, 2.0 * math.pi
+
+# Of Dubins paths angles (rad) and lengths (radii) below this are rounding: an arc that misses a
+# full turn by less is no arc, and circles whose middles are closer are one circle.  Ends are met
+# within a few times this many radii.
+ROUNDING = 1e-9
+
+Turns = tuple[float, float, float]
+
+# A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
+# path at which it begins (m), length (m); how far above the path's depth it begins (m), and slope
+_NUMBERS = ("x", "y", "yaw", "curvature", "begin", "length", "above", "slope")
+PATH_ROW = np.dtype([(name, "f8") for name in _NUMBERS])
+
+
+class Pose(NamedTuple):
+    """A position (m) and a heading (rad, from +x towards +y)."""
+
+    x: float
+    y: float
+    yaw: float
+
+    def reversed(self) -> "Pose":
+        """Return the same place, facing the other way."""
+        return Pose(self.x, self.y, self.yaw + math.pi)
+
+
+class Segment(NamedTuple):
+    """A piece of constant curvature (1/m, positive towards +yaw), its length as seen from above
+    (m), and its slope (m down for each m along it).
+    """
+
+    curvature: float
+    length: float
+    slope: float = 0.0
+
+
+def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
+    """Return a pose a distance (m) along an arc: by its chord, which no small curvature divides."""
+    half = curvature * distance / 2.0
+    chord = distance * (math.sin(half) / half) if half else distance
+    heading = pose.yaw + half
+    return Pose(
+        pose.x + chord * math.cos(heading),
+        pose.y + chord * math.sin(heading),
+        pose.yaw + curvature * distance,
+    )
+
+
+@dataclass(frozen=True)
+class Path:
+    """A smooth path from a start pose along segments.
+
+    A tour does not end: at its last segment's end it goes on from the distance `repeats_from` (m).
+
+    >>> path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0),))
+    >>> path.at(4.0)
+    Pose(x=4.0, y=0.0, yaw=0.0)
+    """
+
+    start: Pose
+    segments: tuple[Segment, ...]
+    repeats_from: float | None = None
+
+    def __post_init__(self) -> None:
+        kept = tuple(s for s in self.segments if s.length > SHORTEST_SEGMENT)
+        object.__setattr__(self, "segments", kept)  # frozen
+
+    @cached_property
+    def _joints(self) -> list[Pose]:
+        """The poses at which segments begin, and the end."""
+        poses = [self.start]
+        for curvature, length, _ in self.segments:
+            poses.append(_moved(poses[-1], curvature, length))
+        return poses
+
+    @cached_property
+    def _distances(self) -> list[float]:
+        """The distances (m) at which segments begin, and the length."""
+        return list(accumulate((segment.length for segment in self.segments), initial=0.0))
+
+    @property
+    def length(self) -> float:
+        """Length of the path, once through (m)."""
+        return self._distances[-1]
+
+    @property
+    def end(self) -> Pose:
+        """Pose at the end of the path."""
+        return self._joints[-1]
+
+    @property
+    def box(self) -> Box:
+        """The bounds of the path (m): at a joint, or where an arc is along an axis."""
+        places = list(self._joints)
+        for start, (curvature, length, _) in zip(self._joints, self.segments, strict=False):
+            if curvature == 0.0:
+                continue
+            turns = sorted((start.yaw, start.yaw + curvature * length))
+            first, last = (turn / QUARTER_TURN for turn in turns)
+            for quarter in range(math.ceil(first), math.floor(last) + 1):
+                into = (quarter * QUARTER_TURN - start.yaw) / curvature
+                places.append(_moved(start, curvature, min(max(into, 0.0), length)))
+        return bounds([(place.x, place.y) for place in places])
+
+    def at(self, distance: float) -> Pose:
+        """Return the pose after travelling `distance` (m); past the end of a path, its end."""
+        if not self.segments:
+            return self.start
+        if distance >= self.length:
+            first = self.repeats_from
+            distance = (
+                self.length if first is None else first + (distance - first) % (self.length - first)
+            )
+        index = min(bisect_right(self._distances, distance), len(self.segments)) - 1
+        return _moved(
+            self._joints[index],
+            self.segments[index].curvature,
+            distance - self._distances[index],
+        )
+
+    def _wrapped(self, distances: Floats) -> Floats:
+        first = self.repeats_from
+        if first is None:
+            return np.minimum(distances, self.length)
+        beyond = first + (distances - first) % (self.length - first)
+        return np.where(distances < self.length, distances, beyond)
+
+    def sample(self, distances: Floats) -> Floats:
+        """Return x, y (m) and yaw (rad) at each distance (m), shape (n, 3): :meth:`at` for many."""
+        if not self.segments:
+            return np.tile(np.array(self.start), (len(distances), 1))
+        along = self._wrapped(distances)
+        starts = np.array(self._distances[:-1])
+        index = np.searchsorted(starts, along, side="right") - 1
+        x, y, yaw = np.array(self._joints[:-1])[index].T
+        curvature = np.array([segment.curvature for segment in self.segments])[index]
+        step = along - starts[index]
+        half = curvature * step / 2.0
+        chord = step * np.sinc(half / math.pi)  # as `_moved`
+        return np.column_stack(
+            (
+                x + chord * np.cos(yaw + half),
+                y + chord * np.sin(yaw + half),
+                yaw + curvature * step,
+            )
+        )
+
+    def turned(self, angle: float) -> "Path":
+        """Return the same path, turned about the origin by an angle (rad)."""
+        if angle == 0.0:
+            return self
+        start = Pose(*turned((self.start.x, self.start.y), angle), self.start.yaw + angle)
+        return Path(start, self.segments, self.repeats_from)
+
+    def reversed(self) -> "Path":
+        """Return the same path travelled from its end to its start."""
+        backwards = tuple(
+            Segment(-s.curvature, s.length, -s.slope) for s in reversed(self.segments)
+        )
+        return Path(self.end.reversed(), backwards)
+
+
+def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
+    """Return the path through poses along Dubins curves of a turning radius (m), and how far along
+    it each of them is (m).
+    """
+    curves = [dubins_segments(start, end, radius) for start, end in pairwise(poses)]
+    passed = accumulate((sum(segment.length for segment in curve) for curve in curves), initial=0.0)
+    return Path(poses[0], tuple(segment for curve in curves for segment in curve)), list(passed)
+
+
+def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Segment, Segment]:
+    """Return the segments of the shortest path between two poses that turns no tighter than a
+    radius (m); those that are not needed have no length.
+
+    One of six words is always shortest: of equal ones the first in the order LSL, RSR, LSR, RSL,
+    LRL, RLR is taken, where L turns towards increasing yaw (to starboard in NED), R towards
+    decreasing yaw, and S goes straight.
+    Source: L. E. Dubins, Am. J. Math. 79, 497 (1957).
+
+    Raises:
+        ValueError: for a radius that is not positive and finite.
+
+    >>> way = dubins_segments(Pose(0.0, 0.0, 0.0), Pose(0.0, 10.0, math.pi), 10.0)
+    >>> [round(segment.curvature * segment.length, 3) for segment in way]
+    [-0.723, 4.587, -0.723]
+    """
+    if not 0.0 < radius < math.inf:
+        raise ValueError(f"turning radius must be positive and finite; met {radius}; give metres")
+    ahead, aside = (end.x - start.x) / radius, (end.y - start.y) / radius
+    solved: dict[str, Turns] = {}
+    for word, (solve, side) in _WORDS.items():
+        turns = solve(ahead, side * aside, side * start.yaw, side * end.yaw)
+        if turns is not None:
+            solved[word] = turns
+    least = min(sum(turns) for turns in solved.values())
+    word = next(word for word, turns in solved.items() if sum(turns) <= least + ROUNDING)
+    bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
+    first, second, third = (
+        Segment(bend[kind], turn * radius) for kind, turn in zip(word, solved[word], strict=True)
+    )
+    return first, second, third
+
+
+# The three words that begin with a left turn, in radii: start at the origin with heading `a`, end
+# at (x, y) with heading `b`.  The middle of a left turn lies at (-sin, cos) from the vehicle.
+
+
+def _left_straight_left(x: float, y: float, a: float, b: float) -> Turns | None:
+    between_x, between_y = x - math.sin(b) + math.sin(a), y + math.cos(b) - math.cos(a)
+    straight = math.hypot(between_x, between_y)
+    if straight < ROUNDING:  # both turns on one circle
+        return _wrapped(b - a), 0.0, 0.0
+    heading = math.atan2(between_y, between_x)
+    return _wrapped(heading - a), straight, _wrapped(b - heading)
+
+
+def _left_straight_right(x: float, y: float, a: float, b: float) -> Turns | None:
+    between_x, between_y = x + math.sin(b) + math.sin(a), y - math.cos(b) - math.cos(a)
+    apart = math.hypot(between_x, between_y)
+    if apart < 2.0 - ROUNDING:  # circles overlap: no inner tangent
+        return None
+    straight = math.sqrt(max((apart - 2.0) * (apart + 2.0), 0.0))
+    heading = math.atan2(between_y, between_x) + math.atan2(2.0, straight)
+    return _wrapped(heading - a), straight, _wrapped(heading - b)
+
+
+def _left_right_left(x: float, y: float, a: float, b: float) -> Turns | None:
+    between_x, between_y = x - math.sin(b) + math.sin(a), y + math.cos(b) - math.cos(a)
+    apart = math.hypot(between_x, between_y)
+    if apart > 4.0 + ROUNDING:  # no third circle touches both
+        return None
+    middle = FULL_TURN - 2.0 * math.asin(min(apart / 4.0, 1.0))  # more than half a turn
+    heading = math.atan2(between_y, between_x)  # halfway through the middle turn
+    return (
+        _wrapped(heading + middle / 2.0 - a),
+        middle,
+        _wrapped(b - heading + middle / 2.0),
+    )
+
+
+# Each word with its solver; a word that begins with a right turn is its mirror image's (-1).
+_WORDS: dict[str, tuple[Callable[[float, float, float, float], Turns | None], float]] = {
+    "LSL": (_left_straight_left, 1.0),
+    "RSR": (_left_straight_left, -1.0),
+    "LSR": (_left_straight_right, 1.0),
+    "RSL": (_left_straight_right, -1.0),
+    "LRL": (_left_right_left, 1.0),
+    "RLR": (_left_right_left, -1.0),
+}
+
+
+def _wrapped(angle: float) -> float:
+    """Return an angle in [0, 2 pi), a full turn up to rounding being none."""
+    turned = angle % FULL_TURN
+    return 0.0 if FULL_TURN - turned < ROUNDING else turned
+
+
+def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
+    """Return a path's rows, PATH_ROW, and at which of them its tour begins again (-1: it ends)."""
+    segments, again = list(path.segments), -1
+    if path.repeats_from is not None:
+        segments, again = _jointed(segments, path.repeats_from)
+    if not segments:  # a point to hover at
+        segments = [Segment(0.0, 0.0)]
+    rows = np.zeros(len(segments), dtype=PATH_ROW)
+    rows["curvature"], rows["length"], rows["slope"] = np.array(segments).T
+    rows["begin"][1:] = np.cumsum(rows["length"][:-1])
+    rows["above"][1:] = -np.cumsum((rows["length"] * rows["slope"])[:-1])
+    joints = Path(path.start, tuple(segments))._joints[: len(rows)]
+    rows["x"], rows["y"], rows["yaw"] = np.array(joints).T
+    return rows, again
+
+
+def _jointed(segments: list[Segment], distance: float) -> tuple[list[Segment], int]:
+    """Return the segments, cut in two at a distance (m), and the number of the one after it."""
+    begin = 0.0
+    for number, segment in enumerate(segments):
+        into = distance - begin
+        if into <= SHORTEST_SEGMENT:
+            return segments, number
+        if into < segment.length - SHORTEST_SEGMENT:
+            halves = [
+                segment._replace(length=into),
+                segment._replace(length=segment.length - into),
+            ]
+            return segments[:number] + halves + segments[number + 1 :], number + 1
+        begin += segment.length
+    raise ValueError(
+        f"a tour cannot repeat from {distance} m: its path is only {begin} m long; repeats_from "
+        "must lie before the end"
+    )

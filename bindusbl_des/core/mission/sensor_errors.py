@@ -1,0 +1,212 @@
+"""What makes sensors wrong in one mission: AUVs' own, and the systematic errors of USBL."""
+
+import math
+from statistics import NormalDist
+
+import numpy as np
+
+from ...support.arrays import Floats
+from ...support.streams import Purpose, Streams, normals
+from ..navigation.dead_reckoning import random_walk
+from ..records.events import HEARD, LASTING_ERRORS
+from ..records.rows import NONE, Rows
+from ..setup import Setup
+from ..usbl.systematic_effects import SYSTEMATIC, Systematic
+from ..vehicles.currents import CONTROL_S, gauss_markov
+from ..vehicles.reckoning import Wrong, skews_of
+from .launch import MissionCurrent, slow_gnss
+
+
+def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wrong:
+    """Return how wrong the AUVs' dead reckoning is in this mission.
+
+    What biases that wander have done is summed up as the AUVs' ways become known.
+    """
+    navigation, skews = setup.scenario.navigation, _skews(setup, streams)
+    biases = _velocity_biases(setup, streams)
+    return Wrong(
+        _walks(setup, streams, water, skews),
+        navigation.imu_rate_hz,
+        biases,
+        np.zeros_like(biases),
+        CONTROL_S if biases.shape[1] > 1 else math.inf,
+        navigation.bias_frame == "body",
+        skews,
+    )
+
+
+def _velocity_biases(setup: Setup, streams: Streams) -> Floats:
+    """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2).
+
+    One of each AUV; one for each control interval where what is drawn of it wanders.
+    """
+    sensors, auvs = setup.own_sensors, range(setup.scenario.auvs.count)
+    constant = np.array(sensors.bias_m_per_s, dtype=np.float64)
+    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
+    if sd == 0.0 or lasts is None:
+        return (constant + _drawn(streams, Purpose.VELOCITY_BIAS, len(auvs), sd))[:, np.newaxis]
+    steps = setup.control_intervals, 2
+    return np.stack([
+        constant + gauss_markov(
+            sd, lasts, CONTROL_S, streams.of(Purpose.VELOCITY_BIAS, auv).standard_normal(steps)
+        )
+        for auv in auvs
+    ])  # fmt: skip
+
+
+def _skews(setup: Setup, streams: Streams) -> Rows:
+    """Return what the AUVs' logs and compasses make of their ways (n,)."""
+    scale, count = setup.own_sensors.scale_factor_sd, setup.scenario.auvs.count
+    return skews_of(
+        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(setup, streams)
+    )
+
+
+def headings(setup: Setup, streams: Streams) -> Floats:
+    """Return the constant error of each AUV's heading (rad), (n,)."""
+    sd = math.radians(setup.own_sensors.heading_sd_deg)
+    return _drawn(streams, Purpose.HEADING, setup.scenario.auvs.count, sd)[:, 0]
+
+
+def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Floats:
+    """Return what each of some AUVs has drawn once for the mission, along two axes, (n, 2)."""
+    if sd == 0.0:
+        return np.zeros((count, 2))
+    return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
+
+
+def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -> Floats:
+    """Return each AUV's dead-reckoning error (m) but for biases and skew, at its IMU's samples,
+    (n, k, 2).
+
+    A walk begins with the error of the initial position.  Dead reckoning through the water misses
+    the current: it falls behind by what the water moved, as log and compass tell it.
+    """
+    navigation, rate = setup.scenario.navigation, setup.scenario.navigation.imu_rate_hz
+    count = max(1, math.ceil(setup.scenario.duration_s * rate))
+    noise = np.empty((setup.scenario.auvs.count, count + 1, 2))
+    noise[:, 0] = _drawn(
+        streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
+    )
+    for auv, its_own in enumerate(noise):
+        streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
+    lost = random_walk(rate, setup.own_sensors.random_walk_m_per_sqrt_s, noise)
+    if navigation.velocity == "through_water":
+        moved = water.carried(np.arange(count + 1) / rate)
+        lost -= moved
+        for auv in np.flatnonzero((skews["along"] != 0.0) | (skews["across"] != 0.0)).tolist():
+            along, across = skews[auv]["along"], skews[auv]["across"]
+            lost[auv] -= moved @ np.array([[along, across], [-across, along]])
+    return lost
+
+
+def pressure_errors(setup: Setup, streams: Streams, auv: int, times: Floats) -> Floats:
+    """Return by how much (m) an AUV's pressure sensor errs at instants (n,), s.
+
+    It measures as often as the IMU, and can be looked at at any instant.
+    """
+    navigation = setup.scenario.navigation
+    key = streams.of(Purpose.DEPTH, auv).integers(2**64, dtype=np.uint64)
+    return navigation.depth_sd_m * normals(key, (times * navigation.imu_rate_hz).astype(np.int64))
+
+
+def misalignments(setup: Setup, streams: Streams) -> Floats:
+    """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
+    each AUV (n,), which carries the array and turns what it measures by its own compass.
+    """
+    passive = setup.scenario.protocol.asvs_ping
+    turned = headings(setup, streams) if passive else np.zeros(setup.scenario.asvs.count)
+    sd = math.radians(setup.scenario.usbl.misalignment_sd_deg)
+    if sd == 0.0:
+        return turned
+    drawn = [
+        streams.of(Purpose.MISALIGNMENT, carrier).standard_normal()
+        for carrier in range(len(turned))
+    ]
+    return np.asarray(turned + sd * np.array(drawn))
+
+
+def turned_arrays(setup: Setup, streams: Streams) -> Floats:
+    """Return by how much (rad) what AUVs see by arrays of their own is turned, (n,): by the compass
+    and the array of each.
+    """
+    turned = headings(setup, streams)
+    sd = math.radians(setup.scenario.usbl.misalignment_sd_deg)
+    own = _drawn(streams, Purpose.PEER_ARRAY, len(turned), sd)[:, 0]
+    return np.asarray(turned + own)
+
+
+def clocks(setup: Setup, streams: Streams) -> Floats:
+    """Return how late (s) each AUV's clock is at first, and how much later each second, (n, 2)."""
+    navigation, count = setup.scenario.navigation, setup.scenario.auvs.count
+    sds = np.array((navigation.clock_offset_sd_s, navigation.clock_drift_sd))
+    if not sds.any():
+        return np.zeros((count, 2))
+    drawn = [streams.of(Purpose.CLOCK, auv).standard_normal(2) for auv in range(count)]
+    return np.asarray(sds * np.array(drawn))
+
+
+def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
+    """Return the errors that last, None if there are none of them.
+
+    Fixes say how they depend on those that navigators are told of, and are as sure as these are.
+    """
+    usbl, has_outliers = setup.scenario.usbl, setup.scenario.usbl.outlier_share > 0.0
+    found = {kind.name: kind for kind in setup.taken.lasting_errors}
+    if usbl.model.is_own or not (setup.lasting_errors or found or has_outliers):
+        return None
+    levels, variances = np.zeros(1, dtype=SYSTEMATIC), list[float]()
+    known = levels[0]
+    for name in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
+        known[f"{name}_at"] = NONE
+    for kind in setup.estimated_errors:
+        known[f"{kind.name}_at"] = len(variances)
+        variances += [sd**2 for sd in kind.sds] * kind.times
+    one, two = {name: kind.sds for name, kind in found.items()}, (0.0, 0.0)
+    gnss = one.get("gnss", two)
+    known["sd"] = (*one.get("misalignment", (0.0,)), *gnss, *gnss, *one.get("sound_speed", (0.0,)))
+    known["clock_offset_sd_s"], known["clock_drift_sd"] = one.get("clock", two)
+    if has_outliers:
+        known["outliers_below"] = NormalDist().inv_cdf(usbl.outlier_share)
+        known["outlier_sd_m"] = usbl.outlier_sd_m
+    return Systematic(
+        levels,
+        np.array(variances),
+        np.ascontiguousarray(misalignments(setup, streams)),
+        slow_gnss(setup, streams),
+        clocks(setup, streams),
+    )
+
+
+def lasting_errors(
+    setup: Setup, systematic: Systematic | None, receptions: Rows, pings: Rows
+) -> dict[str, Floats]:
+    """Return what was wrong all the time as receptions that were heard were measured, (n,) each, by
+    the columns of their table; NaN where nothing of a kind is.  `pings` are all on record.
+    """
+    found = {name: np.full(len(receptions), np.nan) for name in LASTING_ERRORS}
+    if systematic is None or not len(receptions):
+        return found
+    kinds, passive = {kind.name for kind in setup.lasting_errors}, setup.scenario.protocol.asvs_ping
+    auv, asv, arrived = (receptions[name] for name in ("auv", "asv", "arrived_at_s"))
+    sent_by = pings[receptions["ping"]]
+    one_way, heard = np.isnan(sent_by["call_time_s"]), receptions["outcome"] == HEARD
+    if "misalignment" in kinds:
+        turned = systematic.misalignments[auv if passive else asv]
+        found["misalignment_deg"][heard] = np.degrees(turned)[heard]
+    if "gnss" in kinds:
+        instants = (sent_by["sent_at_s"] if passive else arrived)[heard]
+        off = systematic.gnss[asv[heard], (instants / CONTROL_S).astype(np.int64)]
+        found["gnss_error_x_m"][heard], found["gnss_error_y_m"][heard] = off.T
+    if "slow" in kinds:
+        levels = setup.usbl.levels[0]
+        fixed, way = levels["travel_time_sd_s"], receptions["travel_time_s"]
+        sd = setup.usbl.sound_speed * np.hypot(fixed, levels["path_share"] * way)
+        found["slow_range_error_m"][:] = np.where(
+            one_way & heard, receptions["slow_range"] * sd, np.nan
+        )
+    if "clock" in kinds:
+        late = systematic.clocks[auv]
+        late = late[:, 0] + late[:, 1] * (arrived if passive else sent_by["sent_at_s"])
+        found["clock_late_s"][:] = np.where(one_way & heard, late, np.nan)
+    return found

@@ -1,0 +1,180 @@
+"""Where AUVs were, by samples of their motion, and what follows from their trajectories alone."""
+
+import math
+from collections.abc import Hashable, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ...support.arrays import Floats
+from ..setup import Setup
+from ..vehicles.fleet import VehicleFleet
+from ..vehicles.sweeping import Sweep, sweep
+from ..vehicles.vehicle import Vehicle
+
+# Guards floor(duration * rate) against rounding, as for ticks.
+COUNT_TOLERANCE = 1e-9
+
+
+@lru_cache(maxsize=8)
+def instants(duration: float, rate: float, begin: float = 0.0) -> Floats:
+    """Return the instants k / rate in [begin, duration) (s); read-only, since missions share them.
+
+    Of those from the start on the first is always the start, however low the rate.
+
+    >>> instants(3.0, 1e-12).tolist()
+    [0.0]
+    """
+    count = max(1, int(np.ceil(duration * rate - COUNT_TOLERANCE)))
+    times: Floats = np.arange(count) / rate
+    times = times[times.searchsorted(begin) :]
+    times.setflags(write=False)
+    return times
+
+
+# A lane whose end is this near (m) is flown; the instant of it is found to 2^-50 of the mission.
+ARRIVED_M, HALVINGS = 1e-6, 50
+
+
+class Trajectories(NamedTuple):
+    """The ways of n AUVs, looked back on; NaN stands for what is not known or done.
+
+    `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks`,
+    none where no tracks are kept, each AUV was so far `beside_m` its path (m), and was the first to
+    sweep so much, `swept_m2`, (n, k).
+    All of them have swept `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
+    """
+
+    metrics: dict[str, Floats]
+    beside_m: Floats
+    swept_m2: Floats
+    covered_m2: float | None
+    finished_at_s: float | None
+
+
+_looked_back: WeakKeyDictionary[VehicleFleet, tuple[Hashable, Trajectories]] = WeakKeyDictionary()
+
+
+def trajectories_of(setup: Setup, fleet: VehicleFleet) -> Trajectories:
+    """Return what AUVs have done whose motion is known to the mission's end.
+
+    Where that is foreseen, missions share it.
+    """
+    if not fleet.foreseen:
+        return _look_back(setup, fleet)
+    scenario = setup.scenario
+    asked = scenario.duration_s, scenario.record, scenario.survey, scenario.auvs
+    question = *asked, scenario.environment
+    kept = _looked_back.get(fleet)
+    if kept is None or kept[0] != question:
+        kept = _looked_back[fleet] = question, _look_back(setup, fleet)
+    return kept[1]
+
+
+def _look_back(setup: Setup, fleet: VehicleFleet) -> Trajectories:
+    end, vehicles, record = setup.scenario.duration_s, fleet.vehicles, setup.scenario.record
+    often, seldom = instants(end, record.metrics_hz), instants(end, record.tracks_hz)
+    if record.detail == "summary":
+        seldom = seldom[:0]
+    swept = _swept(setup, fleet)
+    swept_m2 = _first_to_sweep(swept, len(vehicles), np.append(seldom, end))
+    distance = np.array([vehicle.distance(end) for vehicle in vehicles])
+    lanes = _lanes(setup, fleet)
+    flown = [_flown(*pair, end) for pair in zip(vehicles, lanes, strict=True)] if lanes else []
+    metrics = {
+        "path_error_m": np.array([_mean(vehicle.path_error(often)) for vehicle in vehicles]),
+        "distance_m": distance,
+        "speed_m_per_s": distance / end,
+        "saturated_share": np.array([vehicle.saturated(end) for vehicle in vehicles], np.float64),
+        "lanes_flown_share": np.array(flown or [np.nan] * len(vehicles)),
+        "swept_m2": swept_m2[:, -1],
+    }
+    return Trajectories(
+        metrics,
+        beside(vehicles, seldom),
+        swept_m2[:, :-1],
+        None if swept is None else float(swept.area(np.array([end]))[0]),
+        _finished_at(vehicles, lanes, end) if lanes else None,
+    )
+
+
+def _mean(values: Floats) -> float:
+    return float(values.mean()) if len(values) else math.nan
+
+
+def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
+    """Return how far (m) vehicles were beside their paths at k instants (s), (n, k)."""
+    found = np.full((len(vehicles), len(times)), np.nan)
+    for its_own, vehicle in zip(found, vehicles, strict=True):
+        off = vehicle.path_error(times)
+        if len(off):
+            its_own[:] = off
+    return found
+
+
+def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:
+    """Return what of the survey the AUVs have swept, and when; None without a swath."""
+    swath = setup.swath_m
+    if swath is None:
+        return None
+    depths = None
+    if getattr(setup.scenario.auvs.route, "surface_every_s", None) is not None:
+        depths = [setup.scenario.survey.depth(auv) for auv in range(len(fleet.vehicles))]
+    return sweep(setup.area, fleet.vehicles, swath, setup.scenario.duration_s, depths)
+
+
+def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
+    """Return how much of the survey (m2) each AUV was the first to sweep by k instants (s)."""
+    if swept is None:
+        return np.full((count, len(times)), np.nan)
+    return np.stack([swept.area(times, auv) for auv in range(count)])
+
+
+Lanes = tuple[tuple[float, float], ...]
+
+
+def _lanes(setup: Setup, fleet: VehicleFleet) -> list[Lanes]:
+    """Return where along its plan (m) each AUV's lanes begin and end; empty without plans."""
+    if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
+        return []
+    if setup.scenario.auvs.route.is_held:
+        return []
+    return [plan.lanes for plan in setup.plans]
+
+
+def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:
+    """Return which share of its lanes an AUV has flown by an instant (s)."""
+    begin, end_m = np.array(lanes).T
+    along = vehicle.along(end)
+    return float(np.clip(along - begin, 0.0, end_m - begin).sum() / (end_m - begin).sum())
+
+
+def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float) -> float | None:
+    """Return the instant (s) at which the last had flown all its lanes; None if one has not."""
+    goals = [its_own[-1][1] - ARRIVED_M for its_own in lanes]
+    if not all(_is_there(*pair, end) for pair in zip(vehicles, goals, strict=True)):
+        return None
+    last: float | None = None
+    for vehicle, goal in zip(vehicles, goals, strict=True):
+        if last is None or not _is_there(vehicle, goal, last):
+            last = _reached(vehicle, goal, end)
+    return last
+
+
+def _is_there(vehicle: Vehicle, along: float, time: float) -> bool:
+    """Tell whether a vehicle is so far along its plan (m) at an instant (s)."""
+    return (vehicle.along(time) or 0.0) >= along
+
+
+def _reached(vehicle: Vehicle, along: float, until: float) -> float:
+    """Return when (s) a vehicle was so far along its plan (m), as it is by an instant (s)."""
+    low, high = 0.0, until
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        if _is_there(vehicle, along, middle):
+            high = middle
+        else:
+            low = middle
+    return high

@@ -1,0 +1,69 @@
+"""The world of one mission: its vehicles, what they carry, and the network between them."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...support.arrays import Floats
+from ...support.facts import cached_property
+from ...support.streams import Streams
+from ..navigation.dead_reckoning import DeadReckoning, Odometry
+from ..navigation.navigators import Navigator
+from ..protocol.network import Network, PassiveNetwork
+from ..records.rows import Recorder, Rows
+from ..results.tables import numbers_of
+from ..setup import Setup
+from ..vehicles.fleet import VehicleFleet, VehicleTrack
+from .trajectories import Trajectories, trajectories_of
+
+
+class Samples(NamedTuple):
+    """One AUV at n instants: its true way, and what it made of it.
+
+    `odometry` is what its own sensors told it, `estimate` where it believed to be (n, 2), m, with
+    every fix delivered by then.
+    """
+
+    way: VehicleTrack
+    odometry: Odometry
+    estimate: Floats
+
+
+def turned(yaw: Floats) -> Floats:
+    """Return headings (rad) in (-pi, pi].
+
+    >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
+    [0.0, 3.141592654, 3.141592654]
+    """
+    return np.asarray(np.pi - np.mod(np.pi - yaw, 2 * np.pi))
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything that takes part in a mission, and the record of what has happened."""
+
+    setup: Setup
+    auv_fleet: VehicleFleet
+    asv_fleet: VehicleFleet
+    reckoning: DeadReckoning
+    navigator: Navigator
+    network: Network | PassiveNetwork
+    record: Recorder
+    streams: Streams
+
+    @cached_property
+    def trajectories(self) -> Trajectories:
+        """What the AUVs have done, once their motion is known to the mission's end."""
+        return trajectories_of(self.setup, self.auv_fleet)
+
+    @cached_property
+    def broadcasts(self) -> Rows:
+        """All frames of the mission, a row of numbers for each, when it has ended."""
+        return numbers_of("broadcasts", self.record.broadcasts)
+
+    def sample(self, auv: int, times: Floats) -> Samples:
+        """Sample one AUV at instants (s) by which its motion is known."""
+        way = self.auv_fleet.ways.of(auv, times)
+        odometry = self.reckoning.odometry(auv, way)
+        return Samples(way, odometry, self.navigator.estimate(auv, odometry))

@@ -1,0 +1,297 @@
+"""A navigator that knows better afterwards: estimates from the fixes of before and after.
+
+What an AUV does while it is under way, it does by the filter; what is told of it later is smoothed.
+"""
+
+from collections.abc import Iterator
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...support.arrays import Floats, Ints
+from ..records.rows import FIX, Rows
+from .belief import NONE, Belief, Growth, begun_at, on_circle
+from .dead_reckoning import DeadReckoning, Odometry
+from .fix_update import said_of_all
+from .navigators import LinearNavigator
+from .smoothing import Sights, filtered, smooth
+
+# So many instants are smoothed at once: each has two matrices of all states.
+MOST_INSTANTS = 20_000
+
+# All fixes are expanded about what is smoothed until no place moves by more than this share of what
+# it is unsure of, but not more often than that.
+NEAR, MOST_PASSES = 0.1, 4
+
+# No fixes, by their numbers
+NOTHING = np.zeros(0, dtype=np.int64)
+
+
+class SmoothedTrack(NamedTuple):
+    """Places (n, 2), m, that an AUV believes to have been at, and their covariances xx, yy, xy
+    (n, 3), m2.
+    """
+
+    places: Floats
+    covariances: Floats
+
+
+class FixHistory(NamedTuple):
+    """Fixes (n,), what they have of m common errors (n, 2, 4 m + 2), and the covariance xx, yy, xy
+    (n, 3), m2, that is not due to these, as :class:`..records.rows.Jacobians` has both.
+    """
+
+    rows: Rows
+    common: Floats
+    noise: Floats
+
+    def of(self, which: Ints) -> "FixHistory":
+        """Return some of them, by their numbers."""
+        return FixHistory(self.rows[which], self.common[which], self.noise[which])
+
+
+class Told(NamedTuple):
+    """All that fixes (n,) say, as m sights: of which fix each is, `owners` (m,), two of each fix
+    first; the receptions of the range rates that follow; and since when (s) no fix held, (n,).
+    """
+
+    sights: Sights
+    owners: Ints
+    rated: tuple[Ints, Ints]
+    since: Floats
+
+
+class Smoother:
+    """A Kalman navigator for afterwards: an estimate knows the fixes delivered up to a lag later.
+
+    Autopilots steer by its filter, whose innovations and gate are noted with the fixes; those that
+    the gate has refused are left out, those too late for their place in the filter are not.
+    """
+
+    def __init__(
+        self,
+        navigator: LinearNavigator,
+        reckoning: DeadReckoning,
+        growth: Growth,
+        first: Belief,
+        lag_s: float | None = None,
+    ) -> None:
+        """Take the filter, and what it was made of; `lag_s` None: the whole mission."""
+        self._filter, self._reckoning = navigator, reckoning
+        self._growth, self._first = growth, first
+        self._lag = inf if lag_s is None else lag_s
+        self._histories: list[FixHistory] = []
+        self._latest: tuple[object, SmoothedTrack] | None = None
+
+    def correct(self, fixes: Rows, due: Ints) -> None:
+        """Take in the fixes whose rows are due; note what the filter makes of them."""
+        self._filter.correct(fixes, due)
+        by_gnss, common = due < 0, self._filter.common
+        rows = np.array(fixes[np.where(by_gnss, 0, due)])
+        rows[by_gnss] = self._filter.gnss.array[-1 - due[by_gnss]]
+        kept = ~(np.isnan(rows["correction_m"]) & ~np.isnan(rows["innovation_m"]))
+        rows = rows[kept]
+        noise = np.column_stack((rows["sd_x_m"] ** 2, rows["sd_y_m"] ** 2, rows["cov_xy_m2"]))
+        history = FixHistory(rows, np.zeros((len(rows), 2, 4 * common.columns + 2)), noise)
+        if common.columns:
+            history.common[~by_gnss[kept]] = common.of[due[kept & ~by_gnss]]
+            history.noise[~by_gnss[kept]] = common.left[due[kept & ~by_gnss]]
+        self._histories.append(history)
+        self._latest = None
+
+    def estimate(self, auv: int, odometry: Odometry) -> Floats:
+        """Return where an AUV believes to have been (n, 2), m, at the instants of its odometry."""
+        return self._believed(auv, odometry).places
+
+    def covariance(self, auv: int, odometry: Odometry) -> Floats:
+        """Return how sure it is of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        return self._believed(auv, odometry).covariances
+
+    def _believed(self, auv: int, odometry: Odometry) -> SmoothedTrack:
+        """Return what an AUV believes; the latest answer is kept, since it is asked for twice."""
+        question = auv, odometry.times.tobytes()
+        if self._latest is None or self._latest[0] != question:
+            self._latest = question, self._worked_out(auv, odometry)
+        return self._latest[1]
+
+    def _worked_out(self, auv: int, odometry: Odometry) -> SmoothedTrack:
+        known = self._of(auv)
+        told = self._as_sights(auv, known)
+        valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
+        times, count = odometry.times, len(odometry.times)
+        found = SmoothedTrack(np.empty((count, 2)), np.empty((count, 3)))
+        begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
+        is_open, growth = np.ones(len(valid), dtype=bool), self._growth
+        errors, last = np.full((len(valid), 2), nan), NOTHING
+        for first, end in self._groups(times, delivered):
+            is_delivered = delivered <= times[first] + self._lag
+            # no fix that is still to be smoothed for the first time is about an earlier instant
+            is_new = np.isnan(errors[:, 0])
+            settled = min(float(times[first]), float(np.min(valid[is_new], initial=inf)))
+            sure = is_open & ~is_new & (valid <= settled)
+            if sure.any():
+                begin = filtered(begin, *self._between(auv, begin, valid, told, sure), growth)
+                is_open &= ~sure
+                last = np.flatnonzero(sure)[-1:]
+            taken = is_open & is_delivered
+            nodes, own = self._between(auv, begin, valid, told, taken, times[first:end])
+            states, spreads = smooth(begin, nodes, own, growth)
+            which = np.flatnonzero(taken)
+            for _ in range(MOST_PASSES if which.size else 0):
+                looked = np.concatenate((last, which))
+                at, was = np.searchsorted(nodes.times, valid[looked]), errors[looked]
+                errors[looked] = states[at, :2]
+                for fix in last:
+                    self._filter.turn(known.rows[fix], begin, was[0], errors[fix])
+                self._expand_anew(known.of(which), nodes, states, spreads, told, which)
+                nodes, own = self._between(auv, begin, valid, told, taken, times[first:end])
+                states, spreads = smooth(begin, nodes, own, growth)
+                if _are_near(states[at, :2] - errors[looked], spreads[at]):
+                    break
+            at = np.searchsorted(nodes.times, times[first:end])
+            found.places[first:end] = odometry.position[first:end] - states[at, :2]
+            found.covariances[first:end] = [
+                on_circle(spread, self._growth.aligned) for spread in spreads[at]
+            ]
+        return found
+
+    def _of(self, auv: int) -> FixHistory:
+        """Return the fixes of one AUV, in the order in which they hold."""
+        if len(self._histories) > 1:  # put together once, not for each AUV
+            self._histories = [FixHistory(*map(np.concatenate, zip(*self._histories, strict=True)))]
+        if not self._histories:
+            return FixHistory(np.zeros(0, dtype=FIX), np.zeros((0, 2, 0)), np.zeros((0, 3)))
+        [fixes] = self._histories
+        own = np.flatnonzero(fixes.rows["auv"] == auv)
+        return fixes.of(own[np.argsort(fixes.rows["valid_at_s"][own], kind="stable")])
+
+    def _groups(self, times: Floats, delivered: Floats) -> Iterator[tuple[int, int]]:
+        """Yield instants that know the same fixes, so many at most as memory bears: the first of
+        them, and the first that is none.
+        """
+        known = np.searchsorted(np.sort(delivered), times + self._lag, side="right")
+        changes = np.flatnonzero(np.diff(known, prepend=-1))
+        firsts = np.union1d(changes, np.arange(0, len(times), MOST_INSTANTS)).tolist()
+        yield from zip(firsts, [*firsts[1:], len(times)], strict=True)
+
+    def _between(
+        self,
+        auv: int,
+        begin: Belief,
+        valid: Floats,
+        told: Told,
+        which: NDArray[np.bool_],
+        times: Floats = NONE,
+    ) -> tuple[Odometry, Sights]:
+        """Return the odometry at some instants, at those of a belief and of some fixes, and at the
+        steps on the way to them; and the sights of these fixes.
+        """
+        instants = np.unique(np.concatenate((begin.moment["at_s"], times, valid[which])))
+        nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
+        own, sights = np.flatnonzero(which[told.owners]), told.sights
+        if len(told.rated[0]):  # all of a fix together
+            own = own[np.argsort(told.owners[own], kind="stable")]
+        at = np.searchsorted(nodes.times, valid[told.owners[own]])
+        return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
+
+    def _as_sights(self, auv: int, known: FixHistory) -> Told:
+        """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
+        they say along y less what its noise has in common with that along x; then range rates.
+        """
+        rows, states = known.rows, len(self._first.state)
+        then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
+        places = np.column_stack((rows["said_x_m"], rows["said_y_m"]))
+        xx, yy, xy = rows["said_xx_m2"], rows["said_yy_m2"], rows["said_xy_m2"]
+        common = known.common[:, :, :0]
+        if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
+            noise = np.column_stack((xx, yy, xy))
+            at = np.column_stack((rows["x_m"], rows["y_m"]))
+            believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
+            places, noise, common = said_of_all(
+                np.array(rows["said_polar"]),
+                places,
+                at,
+                noise,
+                known.common,
+                believed,
+                errors[-count:],
+                np.diag(spread)[-count:].copy(),
+            )
+            xx, yy, xy = noise.T
+        sights = _sights_of(then.position - places, common, states, xx, yy, xy)
+        rated, since = self._filter.rated(rows), np.append(0.0, rows["valid_at_s"][:-1])
+        owners = np.repeat(np.arange(len(rows)), 2)
+        if not len(rated[0]):
+            return Told(sights, owners, rated, since)
+        at_fixes, covariance = np.zeros((len(rows), states)), self._first.covariance
+        at_fixes[:, :2] = then.position - self._filter.estimate(auv, then)
+        unsure = np.broadcast_to(covariance, (len(rows), *covariance.shape)).copy()
+        further = self._filter.expanded_rates(rows, since, rated, at_fixes, unsure)
+        both = [np.concatenate(two) for two in zip(sights[1:], further, strict=True)]
+        return Told(
+            Sights(np.append(owners, rated[0]), *both), np.append(owners, rated[0]), rated, since
+        )
+
+    def _expand_anew(
+        self, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
+        told: Told, which: Ints,
+    ) -> None:  # fmt: skip
+        """Expand fixes, which these are of all, about what has been smoothed; write their sights.
+
+        The filter has expanded each about another place, the first about one that may be far off,
+        and holds what the second order adds for noise of each, which it is not.  Source: A. F.
+        Garcia-Fernandez, L. Svensson, S. Sarkka, Iterated Posterior Linearization Smoother, IEEE
+        Trans. Automatic Control 62(4), 2017.
+        """
+        at = np.searchsorted(nodes.times, known.rows["valid_at_s"])
+        said, common = self._filter.expanded(
+            known.rows, known.noise, known.common, states[at], spreads[at]
+        )
+        off = nodes.position[at] - said[:, :2]
+        anew = _sights_of(off, common, states.shape[1], *said[:, 2:].T)
+        rows, sights = (2 * which[:, None] + [0, 1]).ravel(), told.sights
+        sights.rows[rows], sights.values[rows] = anew.rows, anew.values
+        sights.variances[rows] = anew.variances
+        owners, lines = told.rated
+        own = np.flatnonzero(np.isin(owners, which))
+        if own.size:
+            rated = np.searchsorted(which, owners[own]), lines[own]
+            further = self._filter.expanded_rates(
+                known.rows, told.since[which], rated, states[at], spreads[at]
+            )
+            own += len(told.owners) - len(owners)
+            sights.rows[own], sights.values[own], sights.variances[own] = further
+
+    def _stepped(self, begin: Belief, instants: Floats) -> Floats:
+        """Return instants (s) with those between at which a belief must be stepped on."""
+        if not np.isfinite(self._growth.step) or not instants.size:
+            return instants
+        first, last = float(begin.moment["at_s"][0]), float(instants[-1])
+        numbers = np.arange(np.floor(first / self._growth.step) + 1, last / self._growth.step)
+        return np.unique(np.concatenate((instants, numbers * self._growth.step)))
+
+
+def _are_near(moved: Floats, spreads: Floats) -> bool:
+    """Tell whether places have moved (n, 2), m, by little of what they are unsure of (n, k, k)."""
+    unsure = spreads[:, 0, 0] + spreads[:, 1, 1]
+    return bool((moved[:, 0] ** 2 + moved[:, 1] ** 2 <= NEAR**2 * unsure).all())
+
+
+def _sights_of(
+    off: Floats, common: Floats, states: int, xx: Floats, yy: Floats, xy: Floats
+) -> Sights:
+    """Return two sights each of errors (n, 2), m, with noise xx, yy, xy (n,), m2: what is off along
+    x, and along y less what its noise has in common with that.  `common` (n, 2, k) is what fixes
+    have of the last k of all `states`.
+    """
+    slopes = np.zeros((len(off), 2, states))
+    slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0
+    slopes[:, :, states - common.shape[2] :] -= common
+    share = np.divide(xy, xx, out=np.zeros(len(xx)), where=xx > 0.0)
+    slopes[:, 1] -= share[:, None] * slopes[:, 0]
+    values = np.column_stack((off[:, 0], off[:, 1] - share * off[:, 0]))
+    variances = np.column_stack((xx, np.maximum(yy - share * xy, 0.0)))
+    numbers = np.repeat(np.arange(len(off)), 2)
+    return Sights(numbers, slopes.reshape(-1, slopes.shape[2]), values.ravel(), variances.ravel())

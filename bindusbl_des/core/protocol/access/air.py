@@ -1,0 +1,305 @@
+"""The HF band as programs of access have it: everybody sends, everybody hears.
+
+Pings of AUVs are receptions at ASVs, as ever (:mod:`..pings`).  At AUVs they are sounds beside all
+other signals, on the same sea (:mod:`...acoustics.sounds`): a signal is lost as a ping is over the
+same way, destroyed by what overlaps it, and who sends hears nothing meanwhile.
+"""
+
+from collections.abc import Callable, Sequence
+from heapq import heappop, heappush
+from math import inf, isfinite, nan
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+from simpy.events import EventPriority
+
+from ....support.arrays import Floats
+from ....support.compiled import compiled
+from ....support.facts import cached_property
+from ....support.streams import Purpose, Streams
+from ....support.wording import did_you_mean, refuse
+from ...acoustics.signals import ROUNDING, Pings, luck_keys, signal_outcome
+from ...acoustics.sounds import heard_meanwhile
+from ...records.events import (
+    BY_PING,
+    BY_SIGNAL,
+    HEARD,
+    IN_FLIGHT,
+    Signal,
+)
+from ...records.rows import NONE, SIGNAL_RECEPTION, Recorder, Rows
+from ..data import Data
+from ..pings import HfBand
+from ..steps import moment
+from . import PING
+from .node import HeardSignal, Node, ToSend
+
+# Sends of one instant become one ping group: after whatever else happens then.
+LATE = EventPriority(2)
+
+# Bytes of a signal, at most
+MOST_BYTES = 65_535
+
+
+class SharedAir:
+    """What vehicles send and hear on HF, each by its own program."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: HfBand,
+        record: Recorder,
+        streams: Streams,
+        *,
+        bit_rate_bps: float,
+        hearing: bool,
+        ping: Callable[[Sequence[int], float, Floats | None], object] | None = None,
+        data: Data | None = None,
+    ) -> None:
+        """Take what lets AUVs ping at an instant (s), each held back for so long (s); None where no
+        program pings.  Unless they are `hearing` nobody hears pings but ASVs.  Behind its pings an
+        AUV sends its `data`, where it has any.
+        """
+        self.env, self.bit_rate_bps, self._ping, self._data = env, bit_rate_bps, ping, data
+        self._uplink, self._record, self._sounds = uplink, record, uplink.sounds
+        self._lasts, self._fleets, self.auvs = (
+            uplink.band.duration, uplink.sounds.fleets, uplink.sounds.auvs
+        )  # fmt: skip
+        if hearing:
+            uplink.on_ping.append(self.overhear)
+        self.names = [
+            f"{kind}{number}"
+            for kind, fleet in zip(("AUV", "ASV"), self._fleets, strict=True)
+            for number in range(len(fleet))
+        ]
+        self._streams = streams
+        self._sent = np.zeros(len(self.names), dtype=np.int64)  # signals of each so far
+        self._sends_until = np.full(len(self.names), -inf)
+        self._due: list[tuple[int, float | None]] = []  # AUVs that ping now, and how long held back
+        self._said: list[ToSend] = []
+        self._inboxes: dict[int, _Inbox] = {}
+
+    @cached_property
+    def _keys(self) -> list[NDArray[np.uint64]]:
+        """What the luck of signals is drawn by from each vehicle to each."""
+        senders = [(kind, number) for kind in (0, 1) for number in range(len(self._fleets[kind]))]
+        return [luck_keys(self._streams, Purpose.SIGNAL, whose, self._fleets) for whose in senders]
+
+    # Sending
+
+    def send(self, node: Node, message: ToSend, waited_s: float | None) -> simpy.Event:
+        """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
+        time, lasts = node.clock, self._duration(node, message)
+        if message.kind == PING and self._data is not None:
+            lasts += self._data.lasts_s(node.number, time)
+        if time < self._sends_until[node.number] - ROUNDING:
+            refuse(
+                "send", message.kind, "wait until the vehicle's last signal is over",
+                "`yield` what the send before it returned",
+            )  # fmt: skip
+        self._sends_until[node.number] = time + lasts
+        if message.kind == PING:
+            if not self._due:
+                flush = self.env.event()
+                flush.callbacks.append(lambda _: self._let_ping(time))
+                flush._ok, flush._value = True, None
+                self.env.schedule(flush, LATE)
+            self._due.append((node.number, waited_s))
+        else:
+            self._signal(node.number, message, time, lasts)
+        return node.until(time + lasts)
+
+    def _duration(self, node: Node, message: ToSend) -> float:
+        """Return how long (s) a signal lasts."""
+        kind, size = message.kind, message.bytes
+        if not isinstance(kind, str) or not kind:
+            refuse("`kind`", repr(kind), "be a word", f"name it as you like, or {PING!r}")
+        if not 0 <= size <= MOST_BYTES:
+            refuse("`bytes`", size, f"be 0 to {MOST_BYTES}", "send it in several signals")
+        if message.to is not None and message.to not in self.names:
+            hint = did_you_mean(str(message.to), self.names)
+            refuse("`to`", message.to, "name a vehicle, such as ASV0", f"send it to all{hint}")
+        if message.kind == PING:
+            if node.is_asv:
+                refuse("`kind`", PING, "be another one where an ASV sends", "name it as you like")
+            return self._lasts
+        lasts = message.lasts_s
+        if lasts is None:
+            lasts = node.lasts_s(message.bytes)
+        if not (0.0 < lasts < inf and isfinite(lasts)):
+            refuse(
+                "duration (s) of a signal", lasts, "be finite and above 0", "give bytes, or lasts_s"
+            )
+        return lasts
+
+    def _let_ping(self, time: float) -> None:
+        """Let all AUVs ping that are to at an instant (s), in the order of their numbers."""
+        due, self._due = sorted(self._due), []
+        auvs, waits = [auv for auv, _ in due], [wait for _, wait in due]
+        waited = None if None in waits else np.array(waits, dtype=np.float64)
+        assert self._ping is not None
+        self._ping(auvs, time, waited)
+
+    def overhear(self, pings: range) -> None:
+        """Let AUVs hear pings of each other, and nothing else while they ping themselves."""
+        for ping in pings:
+            row = self._record.pings.array[ping]
+            auv, time = int(row["auv"]), float(row["sent_at_s"])
+            self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
+            self._sends_until[auv] = max(self._sends_until[auv], time + self._lasts)
+
+    def sends_until(self, vehicle: int) -> float:
+        """Return when (s) a vehicle will be through with what it sends."""
+        return float(self._sends_until[vehicle])
+
+    def _signal(self, sender: int, message: ToSend, time: float, lasts: float) -> None:
+        number = len(self._record.signals)
+        kind, to, size = message.kind, message.to, message.bytes
+        name = self.names[sender]
+        self._record.signals.append(Signal(number, kind, name, to, time, lasts, size))
+        self._said.append(message)
+        fleet, own = (0, sender) if sender < self.auvs else (1, sender - self.auvs)
+        if own not in self._fleets[fleet].failed(time):
+            self._emit(BY_SIGNAL, number, sender, time, lasts, len(self.names))
+
+    def _emit(
+        self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int
+    ) -> None:
+        """Let a signal sound at the first so many of all vehicles."""
+        sent = self._sounds.send(
+            kind, number, sender, time, lasts, self._uplink.spreading, self._keys[sender],
+            int(self._sent[sender]), listeners,
+        )  # fmt: skip
+        self._sent[sender] += 1
+        for row in sent if self._inboxes else ():
+            inbox = self._inboxes.get(int(self._sounds.array[row]["listener"]))
+            if inbox is not None:
+                inbox.coming.append(row)
+                self._look_for(inbox, row)
+
+    # Hearing
+
+    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
+        """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
+        sea, count, time = self._sounds.sea.address, self._sounds.count, node.clock
+        spans = heard_meanwhile(sea, count, node.number, since, time, self._sounds.known(time))
+        return [(begins, ends) for begins, ends in spans.tolist()]
+
+    def hears(self, node: Node) -> simpy.Event:
+        """Return the event of the next signal that a vehicle decodes, as :meth:`.node.Node.hears`
+        says.
+        """
+        inbox = self._inboxes.get(node.number)
+        if inbox is None:
+            rows = self._sounds.rows
+            here = (rows["listener"] == node.number) & (rows["sender"] != node.number)
+            here &= (rows["kind"] == BY_PING) | (rows["kind"] == BY_SIGNAL)
+            inbox = _Inbox(np.flatnonzero(here).tolist())
+            self._inboxes[node.number] = inbox
+        if inbox.waiting is not None and not inbox.waiting.triggered:
+            refuse("hears", node.name, "be waited for once at a time", "`yield` it before the next")
+        inbox.waiting = self.env.event()
+        self._look(inbox)
+        if not inbox.waiting.triggered:
+            for row in inbox.coming:
+                self._look_for(inbox, row)
+        return inbox.waiting
+
+    def give_up(self, event: simpy.Event) -> None:
+        """Let nobody wait any more for the event of a signal: nothing has come."""
+        if not event.triggered:
+            event.succeed(None)
+
+    def _look_for(self, inbox: "_Inbox", row: int) -> None:
+        """Look again once a sound, a row, may be over at a vehicle that waits."""
+        if inbox.waiting is None or inbox.waiting.triggered or row in inbox.awaited:
+            return
+        inbox.awaited.add(row)
+        event = moment(self.env, self._sounds.expected_end(row, self.env.now))
+
+        def look(_: simpy.Event) -> None:
+            inbox.awaited.discard(row)
+            self._look(inbox)
+            if row in inbox.coming:
+                self._look_for(inbox, row)
+
+        event.callbacks.append(look)
+
+    def _look(self, inbox: "_Inbox") -> None:
+        """Decide what has come to an end at a vehicle by now; tell it of the first it has heard."""
+        now, over = self.env.now, []
+        for row in inbox.coming:
+            capture = self._uplink.receiver.capture
+            outcome, *_ = self._sounds.outcome(row, now, capture, self._met())
+            sound = self._sounds.array[row]
+            if outcome != IN_FLIGHT:
+                over.append(row)
+                if outcome == HEARD:
+                    heappush(inbox.heard, (float(sound["ended_at_s"]), row))
+        inbox.coming = [row for row in inbox.coming if row not in over]
+        if inbox.heard and inbox.waiting is not None and not inbox.waiting.triggered:
+            inbox.waiting.succeed(self._told(heappop(inbox.heard)[1]))
+
+    def _told(self, row: int) -> HeardSignal:
+        """Return a signal as a vehicle has it that has decoded it."""
+        sound = self._sounds.array[row]
+        began, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
+        sender = self.names[sound["sender"]]
+        if sound["kind"] == BY_PING:
+            return HeardSignal(PING, sender, None, began, ended, 0, None)
+        message = self._said[sound["signal"]]
+        return HeardSignal(
+            message.kind, sender, message.to, began, ended, message.bytes, message.data
+        )
+
+    def close(self, time: float) -> None:
+        """Put on record what became of each signal at each vehicle by an instant (s), the end."""
+        rows, table = self._sounds.rows, self._record.signal_receptions
+        self._sounds.settle(time)
+        told = (rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING)
+        place = np.cumsum(told) - 1
+        table.room_for(len(rows))
+        table.count = int(told.sum())
+        for vehicle in range(len(self.names)):  # each alone: nothing else is in its way
+            here = np.flatnonzero(rows["listener"] == vehicle)
+            lines = np.empty(len(here), SIGNAL_RECEPTION)
+            capture = self._uplink.receiver.capture
+            _note(rows[here], lines, time, *self._met(), self.auvs, capture)
+            table.rows[place[here[told[here]]]] = lines[told[here]]
+
+    def _met(self) -> Pings:
+        """Return the pings that sound at ASVs."""
+        return self._record.receptions.rows, self._record.pings.rows, self._lasts
+
+
+class _Inbox:
+    """What a vehicle is yet to hear that waits for signals: sounds that are coming, by their rows;
+    what it has heard but was not told of, by the instant (s) of its end; and who waits.
+    """
+
+    def __init__(self, coming: list[int]) -> None:
+        self.coming = coming
+        self.heard: list[tuple[float, int]] = []
+        self.awaited: set[int] = set()
+        self.waiting: simpy.Event | None = None
+
+
+@compiled
+def _note(
+    sounds: Rows, lines: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float,
+    auvs: int, capture: float,
+) -> None:  # fmt: skip
+    """Write what has become of the sounds (n,) of one vehicle by an instant (s) to lines (n,),
+    :data:`...records.rows.SIGNAL_RECEPTION`; other arguments as of
+    :func:`...acoustics.signals.signal_outcome`.
+    """
+    for row in range(len(sounds)):
+        line, sound = lines[row], sounds[row]
+        line.outcome, line.why, line.overlapped_by = signal_outcome(
+            row, sounds, time, receptions, pings, ping_s, auvs, capture, None, inf
+        )
+        line.signal = sound.signal if sound.kind == BY_SIGNAL else NONE
+        line.ping = sound.signal if sound.kind == BY_PING else NONE
+        line.vehicle, line.loss_probability = sound.listener, sound.loss
+        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s < time else nan

@@ -1,0 +1,186 @@
+"""A vehicle as its own program of access sees it: what it hears, when it sends, how it waits.
+
+A program is a generator of steps, one for each vehicle, beside the others in the mission's events:
+
+    def my_access(node):
+        for packet in node.packets:        # instants at which it has something to send
+            yield node.until(packet)
+            if not node.busy():
+                yield node.send("ping")
+
+It knows what its vehicle knows: what it hears, its own clock and its own chance.  What it sends is
+on the HF band, where it costs airtime and may drown what others hear (:mod:`.air`).
+"""
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Any, NamedTuple, Protocol
+
+import simpy
+from numpy.random import Generator as RandomStream
+
+from ....support.wording import refuse
+from ...acoustics.signals import ROUNDING
+from ..slots import Slots
+from ..steps import moment
+
+Steps = Generator[simpy.Event, Any, None]
+Program = Callable[["Node"], Steps]
+
+
+class HeardSignal(NamedTuple):
+    """A signal that a vehicle has decoded: of which kind, from whom, and to whom (None: to all);
+    when (s) it began and ended there; its size and what it says.
+    """
+
+    kind: str
+    sender: str
+    to: str | None
+    began_at_s: float
+    ended_at_s: float
+    bytes: int
+    data: Any
+
+
+@dataclass(eq=False)
+class Node:
+    """A vehicle for its program of access: its `name`, the mission's `slots`, chance of its own
+    (`random`), and the instants (s) at which it has something to send (`packets`), a Poisson
+    process of mean `protocol.frame_s`.
+    """
+
+    name: str
+    slots: Slots
+    random: RandomStream
+    packets: Iterator[float]
+    air: "Medium"
+    number: int  # among all vehicles: AUVs come first, then ASVs
+    _woken: float = 0.0
+
+    @property
+    def is_asv(self) -> bool:
+        """Whether it is an ASV, which sends no pings."""
+        return self.number >= self.air.auvs
+
+    @property
+    def clock(self) -> float:
+        """What its clock says (s): the mission's time."""
+        now = self.air.env.now
+        return self._woken if abs(self._woken - now) < ROUNDING else now
+
+    @property
+    def asvs(self) -> list[str]:
+        """The names of all ASVs."""
+        return self.air.names[self.air.auvs :]
+
+    def lasts_s(self, bytes: int) -> float:
+        """Return how long (s) a signal of so many bytes lasts."""
+        return 8 * bytes / self.air.bit_rate_bps
+
+    def until(self, instant: float) -> simpy.Event:
+        """Return the event of an instant (s), now if that is past.
+
+        Raises:
+            ValueError: when it is no instant.
+        """
+        if not isfinite(instant):
+            refuse("instant (s) to wait for", instant, "be finite", "end the program with `return`")
+        event = moment(self.air.env, instant)
+        event.callbacks.append(lambda _: self._wake(instant))
+        return event
+
+    def _wake(self, instant: float) -> None:
+        self._woken = instant
+
+    def wait(self, duration: float) -> simpy.Event:
+        """Return the event of an instant so much later (s).
+
+        Raises:
+            ValueError: when that is negative or no number.
+        """
+        if not 0.0 <= duration < inf:
+            refuse("wait (s)", duration, "be finite and not below 0", "give seconds from now on")
+        return self.until(self.clock + duration)
+
+    def busy(self) -> bool:
+        """Tell whether it hears something now, or sends."""
+        return bool(self.heard(self.clock))
+
+    def heard(self, since: float) -> list[tuple[float, float]]:
+        """Return from when to when (s) there were sounds, in order of their beginning: all that it
+        had anything of between an instant (s) and now, its own among them.
+
+        One that begins as another ends counts; of a signal that begins at this very instant nobody
+        knows.
+        """
+        return self.air.heard(self, since)
+
+    def hears(self, within_s: float | None = None) -> simpy.Event:
+        """Return the event of the next signal that it decodes: its value is that
+        (:class:`HeardSignal`), or None once so long a time (s) has gone by without.
+
+        What it has decoded since it last asked comes first; the first time, since it was launched.
+
+        Raises:
+            ValueError: when the time is negative or no number.
+        """
+        event = self.air.hears(self)
+        if within_s is not None:
+            self.wait(within_s).callbacks.append(lambda _: self.air.give_up(event))
+        return event
+
+    def send(
+        self,
+        kind: str,
+        *,
+        to: str | None = None,
+        bytes: int = 0,
+        lasts_s: float | None = None,
+        data: Any = None,
+        waited_s: float | None = None,
+    ) -> simpy.Event:
+        """Send a signal that begins now; return the event of its end.
+
+        A `ping` lasts `acoustics.hf.ping_s`, and is of AUVs alone; any other kind `lasts_s`, or as
+        long as its bytes take at `acoustics.hf.bit_rate_bps`.  How long (s) a ping was held back,
+        `waited_s`, is put on record.
+
+        Raises:
+            ValueError: when an ASV is to ping, a vehicle that still sends is to send, nobody has
+                the name of whom it is sent to, or it does not last a finite time above 0.
+        """
+        return self.air.send(self, ToSend(kind, to, bytes, lasts_s, data), waited_s)
+
+
+class Medium(Protocol):
+    """What carries what nodes send and hear (:class:`.air.SharedAir`): the names of all vehicles,
+    AUVs first, of which so many are `auvs`.
+    """
+
+    env: simpy.Environment
+    names: list[str]
+    auvs: int
+    bit_rate_bps: float
+
+    def send(self, node: Node, message: "ToSend", waited_s: float | None) -> simpy.Event:
+        """Let a node send a signal; return the event of its end."""
+
+    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
+        """Return from when to when a node had sounds."""
+
+    def hears(self, node: Node) -> simpy.Event:
+        """Return the event of the next signal that a node decodes."""
+
+    def give_up(self, event: simpy.Event) -> None:
+        """Let nobody wait for the event of a signal any more."""
+
+
+class ToSend(NamedTuple):
+    """What a program sends, as of :meth:`Node.send`."""
+
+    kind: str
+    to: str | None
+    bytes: int
+    lasts_s: float | None
+    data: Any

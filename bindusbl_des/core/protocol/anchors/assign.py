@@ -1,0 +1,114 @@
+"""Vessels that have AUVs of their own, and stay above the middle of those."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....support.arrays import Floats
+from ...geometry.covering import Circle, enclosing_circle
+from ...geometry.placement import least_sum
+from .view import AnchorView
+
+Numbers = NDArray[np.intp]
+
+
+class VesselGroups:
+    """The AUVs of each vessel, which stay its own until another split is better by a share.
+
+    One split is better than another if the largest of the smallest circles around its groups is
+    smaller.
+    """
+
+    def __init__(self, hysteresis: float) -> None:
+        self._hysteresis = hysteresis
+        self._of: dict[int, Numbers] = {}
+
+    def of(self, view: AnchorView, fleet: Floats) -> dict[int, Numbers]:
+        """Return the AUVs of each vessel that works and has any, AUVs believed at (n, 2), m."""
+        working = np.flatnonzero(view.working)
+        wanted = split(fleet, len(working))
+        kept = list(self._of.values())
+        same = set(self._of) <= set(working.tolist()) and len(kept) == len(wanted)
+        if same and largest(fleet, wanted) >= (1.0 - self._hysteresis) * largest(fleet, kept):
+            return self._of
+        middles = np.array([circle(fleet, group)[:2] for group in wanted])
+        owners = np.arange(len(wanted))
+        if not view.is_first:
+            apart = middles[:, None, :] - view.vessels[working]
+            owners = least_sum((apart**2).sum(axis=-1))
+        self._of = {int(working[owner]): own for owner, own in zip(owners, wanted, strict=True)}
+        return self._of
+
+
+def circle(fleet: Floats, group: Numbers) -> Circle:
+    """Return the smallest circle around a group of AUVs."""
+    return enclosing_circle(fleet[group])
+
+
+def largest(fleet: Floats, groups: list[Numbers]) -> float:
+    """Return the radius (m) of the largest of the smallest circles around groups."""
+    return max(circle(fleet, group).radius for group in groups)
+
+
+def split(fleet: Floats, count: int) -> list[Numbers]:
+    """Return AUVs (n, 2), m, in `count` groups, or n if that is less, of sizes that differ by one
+    at most: neighbours along the direction in which the fleet is longest, or across it.
+
+    >>> fleet = np.array([(0.0, 0.0), (9.0, 1.0), (1.0, 2.0), (8.0, 0.0)])
+    >>> [group.tolist() for group in split(fleet, 2)]
+    [[0, 2], [3, 1]]
+    """
+    along = lengthwise(fleet)
+    orders = [np.argsort((fleet @ axis).round(9), kind="stable") for axis in (along, across(along))]
+    tried = [np.array_split(order, min(count, len(fleet))) for order in orders]
+    return min(tried, key=lambda groups: largest(fleet, groups))
+
+
+def lengthwise(fleet: Floats) -> Floats:
+    """Return the direction (2,) in which AUVs (n, 2) are spread out most; y where in none.
+
+    >>> lengthwise(np.array([(0.0, 0.0), (3.0, -4.0)])).round(9).tolist()
+    [-0.6, 0.8]
+    """
+    offsets = fleet - fleet.mean(axis=0)
+    (xx, xy), (_, yy) = (offsets.T @ offsets).tolist()
+    yaw = math.atan2(2.0 * xy, xx - yy) / 2.0 if xx + yy > 0.0 else math.pi / 2.0
+    line = np.array([math.cos(yaw), math.sin(yaw)])
+    turned: Floats = line * np.sign(line[np.abs(line).argmax()])
+    return turned  # either way is the same line
+
+
+def across(line: Floats) -> Floats:
+    """Return the direction (2,) at a right angle to another.
+
+    >>> across(np.array([0.6, 0.8])).tolist()
+    [-0.8, 0.6]
+    """
+    return np.array([-line[1], line[0]])
+
+
+class AssignPlacement:
+    """Each vessel above the middle of the smallest circle around its own AUVs, a horizon ahead.
+
+    AUVs are split into groups of neighbours, as those on neighbouring strips are.
+    """
+
+    def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
+        self._horizon, self._groups = horizon_s, VesselGroups(hysteresis)
+
+    def targets(self, view: AnchorView) -> Floats:
+        """Return where vessels are to go (m, 2), m; who has no AUV stays where it is."""
+        fleet = view.auvs(view.begins + self._horizon)[:, :2]
+        targets = at_rest(view, fleet)
+        for vessel, group in self._groups.of(view, fleet).items():
+            targets[vessel] = circle(fleet, group)[:2]
+        return targets
+
+
+def at_rest(view: AnchorView, fleet: Floats) -> Floats:
+    """Return where vessels go anyway (m, 2), m; at first to the middle of AUVs (n, 2)."""
+    if view.is_first:
+        middle = circle(fleet, np.arange(len(fleet)))[:2]
+        return np.tile(middle, (len(view.vessels), 1))
+    return view.bound_for.copy()

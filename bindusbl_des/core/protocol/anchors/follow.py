@@ -1,0 +1,91 @@
+"""Vessels that keep to where the fleet is: all of its AUVs as near to one of them as possible."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ....support.arrays import Floats
+from ...geometry.covering import enclosing_circle, k_centre, max_cover
+from ...geometry.placement import assignment
+from .view import AnchorView
+
+
+class AnchorService(NamedTuple):
+    """How places serve AUVs: the share of them that is heard, and how far (m) the farthest of
+    those is from its nearest place.
+    """
+
+    heard: float
+    farthest: float
+
+
+class FollowPlacement:
+    """The k-centre of where AUVs are believed to be a horizon ahead.
+
+    Where that is beyond the range of vessels, as many AUVs as they can hear instead: what is best
+    for the farthest AUV would be of no use to any.  Vessels are told to go elsewhere only if that
+    serves better by more than a share, so that they do not follow the noise of fixes; and they keep
+    the AUVs that they have, unless other AUVs for each are better by that share.
+    """
+
+    def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
+        self._horizon, self._hysteresis = horizon_s, hysteresis
+
+    def targets(self, view: AnchorView) -> Floats:
+        """Return where vessels are to go (m, 2), m."""
+        fleet, working = view.auvs(view.begins + self._horizon)[:, :2], view.working
+        there = best_places(fleet, int(working.sum()), view.reach)
+        if view.is_first:
+            return there
+        targets = view.bound_for.copy()
+        now = targets[working]
+        kept = moved_along(fleet, now, view.reach)
+        if self._is_better(there, kept, fleet, view.reach):
+            targets[working] = there[assignment(view.vessels[working], there)]
+        elif self._is_better(kept, now, fleet, view.reach):
+            targets[working] = kept
+        return targets
+
+    def _is_better(self, places: Floats, others: Floats, fleet: Floats, reach: float) -> bool:
+        then, now = (service(fleet, spots, reach) for spots in (places, others))
+        return gains(now, then, self._hysteresis)
+
+
+def best_places(fleet: Floats, count: int, reach: float) -> Floats:
+    """Return the places (count, 2), m, that serve AUVs (n, 2) best at a reach (m)."""
+    centres = k_centre(fleet, count)
+    if centres.radius <= reach or reach == 0.0:
+        return centres.places
+    return max_cover(fleet, count, reach).places
+
+
+def moved_along(fleet: Floats, places: Floats, reach: float) -> Floats:
+    """Return places (m, 2), m, each in the middle of the AUVs (n, 2) that it is nearest to of all
+    places, and within reach (m) of; who has none stays.
+    """
+    apart = fleet[:, None, :] - places
+    away = np.hypot(apart[..., 0], apart[..., 1])
+    nearest, heard = away.argmin(axis=1), away.min(axis=1) <= reach
+    out = places.copy()
+    for number in range(len(places)):
+        own = fleet[heard & (nearest == number)]
+        if len(own):
+            out[number] = enclosing_circle(own)[:2]
+    return out
+
+
+def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
+    """Return how places (m, 2) serve AUVs (n, 2) that are heard within a reach (m)."""
+    apart = fleet[:, None, :] - places
+    away = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
+    heard = away <= reach * (1.0 + 1e-9)
+    return AnchorService(float(heard.mean()), float(away[heard].max(initial=0.0)))
+
+
+def gains(now: AnchorService, then: AnchorService, share: float) -> bool:
+    """Tell whether another service is better by more than a share: it hears so many AUVs more, or
+    no fewer and the farthest of them so much nearer.
+    """
+    if then.heard - now.heard > share:
+        return True
+    return then.heard >= now.heard and then.farthest < (1.0 - share) * now.farthest

@@ -1,0 +1,274 @@
+"""Who hears whom, and so which AUVs must not ping at once: conflicts, their graph, ping groups.
+
+The graph of thousands of AUVs has millions of edges.  That two AUVs are in conflict says only that
+some ASV hears both, so for counting and colouring it is enough to know of each ASV whom, or which
+colours, it hears.  Only user-defined schedules get the graph.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, wraps
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...support.arrays import Flags, Floats, Ints
+from ...support.compiled import compiled
+from ...support.packed import Packed, unpacked
+from ..acoustics.propagation import places_of, within
+from ..vehicles.motion import Motion
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+Words = NDArray[np.uint64]
+Groups = tuple[tuple[int, ...], ...]
+Answer = TypeVar("Answer")
+
+BYTE, EIGHT = np.uint64(255), np.uint64(8)
+BITS = np.array([number.bit_count() for number in range(256)], dtype=np.int64)
+
+# AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
+REMEMBERED = 256
+
+# Those of more AUVs hardly ever recur, and are too large to keep.
+SMALL_FLEET = 32
+
+
+def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Flags:
+    """Return who is within a reach (m) of whom (:func:`within`), shape (AUVs, ASVs).
+
+    `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
+    """
+    heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
+    _hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), reach, slant, heard)
+    return heard
+
+
+@compiled
+def _hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool, heard: Flags) -> None:
+    for i in range(len(auvs)):
+        here = auvs[i, 0], auvs[i, 1], auvs[i, 2], 0.0
+        for j in range(len(asvs)):
+            there = asvs[j, 0], asvs[j, 1], asvs[j, 2], 0.0
+            heard[i, j] = within(here, there, slant, reach)
+
+
+class Surveyed(NamedTuple):
+    """Who is looked at: AUVs and ASVs, and the reach (m) of whom is told, as of :func:`hearing`."""
+
+    auvs: Motion
+    asvs: Motion
+    reach: float
+    slant: bool
+
+
+class VehiclePositions:
+    """Tells where all vehicles are, and who is within a reach of whom."""
+
+    def __init__(self, surveyed: Surveyed) -> None:
+        """Take who is looked at."""
+        self._packed = Packed(surveyed)
+        self._auvs, self._asvs = len(surveyed.auvs.first) - 1, len(surveyed.asvs.first) - 1
+
+    def at(self, time: float) -> tuple[Floats, Floats, Flags]:
+        """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and
+        :func:`hearing` of these.
+        """
+        auvs, asvs = np.empty((self._auvs, 3)), np.empty((self._asvs, 3))
+        heard = np.empty((self._auvs, self._asvs), dtype=np.bool_)
+        _survey(self._packed.address, time, auvs, asvs, heard)
+        return auvs, asvs, heard
+
+
+@compiled
+def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Flags) -> None:
+    of = unpacked(packed, Surveyed)
+    auvs[:], asvs[:] = places_of(of.auvs, time), places_of(of.asvs, time)
+    _hearing(auvs, asvs, of.reach, of.slant, heard)
+
+
+def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer]:
+    """Remember what a function has said of the hearing of a small fleet."""
+
+    def asked(heard: bytes, auvs: int, asvs: int) -> Answer:
+        return work_out(np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs))
+
+    kept = lru_cache(maxsize=REMEMBERED)(asked)
+
+    @wraps(work_out)
+    def answer(heard: Flags) -> Answer:
+        ask = kept if len(heard) <= SMALL_FLEET else asked
+        return ask(heard.tobytes(), *heard.shape)
+
+    return answer
+
+
+@_remembered
+def conflict_graph(heard: Flags) -> "nx.Graph[int]":
+    """Return the graph whose edges join AUVs that some ASV hears both of (eq. conflict_pred).
+
+    It is frozen, because rounds share it.
+
+    >>> sorted(conflict_graph(np.array([[True, False], [True, True], [False, True]])).edges)
+    [(0, 1), (1, 2)]
+    """
+    import networkx as nx  # takes as long as a mission, and no schedule that ships asks for it
+
+    hears = heard.astype(np.float32)
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(len(heard)))
+    pairs = np.argwhere(np.triu(hears @ hears.T > 0, 1)).tolist()
+    graph.add_edges_from((i, j) for i, j in pairs)
+    frozen: nx.Graph[int] = nx.freeze(graph)
+    return frozen
+
+
+@_remembered
+def conflict_count(heard: Flags) -> int:
+    """Return the number of pairs of AUVs that some ASV hears both of; `heard` (AUVs, ASVs).
+
+    >>> conflict_count(np.array([[True, False], [True, True], [False, True]]))
+    2
+    """
+    return int(_degrees(heard).sum()) // 2
+
+
+@_remembered
+def greedy_groups(heard: Flags) -> Groups:
+    """Return the groups of AUVs without a common listener, each AUV in index order put into the
+    first group that has room for it (eq. greedy_colour).
+
+    An AUV that no ASV hears is in the first group, and burns no slot of its own.
+
+    >>> greedy_groups(np.array([[True], [True], [False]]))
+    ((0, 2), (1,))
+    """
+    colours = np.empty(len(heard), dtype=np.int64)
+    greedy_colours(heard, colours)
+    return _grouped(colours)
+
+
+@_remembered
+def dsatur_groups(heard: Flags) -> Groups:
+    """Return groups without a common listener; the AUV that meets most colours is put first, and
+    of these the one with most conflicts (DSATUR, Brelaz 1979).
+    """
+    colours = np.full(len(heard), -1, dtype=np.int64)
+    _dsatur(heard, _degrees(heard), colours)
+    return _grouped(colours)
+
+
+# Which ping groups there are of who is heard by whom, by what a schedule declares of them.
+GROUPINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
+    "first_fit": greedy_groups,
+    "saturation": dsatur_groups,
+    "each": lambda heard: [[auv] for auv in range(len(heard))],
+}
+
+
+def _grouped(colours: Ints) -> Groups:
+    """Return the AUVs of each colour, in index order."""
+    order = np.argsort(colours, kind="stable")
+    ends = np.cumsum(np.bincount(colours))[:-1]
+    return tuple(tuple(group.tolist()) for group in np.split(order, ends))
+
+
+def _degrees(heard: Flags) -> Ints:
+    """Return with how many others each AUV is in conflict, (AUVs,)."""
+    words = -(-len(heard) // 64)
+    hearers = np.zeros((heard.shape[1], 8 * words), dtype=np.uint8)
+    hearers[:, : -(-len(heard) // 8)] = np.packbits(heard.T, axis=1)
+    degrees = np.zeros(len(heard), dtype=np.int64)
+    _count_neighbours(heard, hearers.view(np.uint64), BITS, degrees)
+    return degrees
+
+
+@compiled
+def _count_neighbours(heard: Flags, hearers: Words, bits: Ints, degrees: Ints) -> None:
+    """Count all whom an AUV's listeners hear; each AUV is a bit of the words of `hearers`."""
+    met = np.empty(hearers.shape[1], dtype=np.uint64)
+    for auv in range(len(heard)):
+        for word in range(met.size):
+            met[word] = 0
+        for asv in range(len(hearers)):
+            if heard[auv, asv]:
+                for word in range(met.size):
+                    met[word] |= hearers[asv, word]
+        for word in range(met.size):
+            rest = met[word]
+            while rest != 0:
+                degrees[auv] += bits[rest & BYTE]
+                rest >>= EIGHT
+        degrees[auv] -= degrees[auv] > 0  # itself
+
+
+@compiled
+def greedy_colours(heard: Flags, colours: Ints) -> None:
+    """Write the numbers of the groups (AUVs,) that :func:`greedy_groups` puts AUVs into."""
+    used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
+    lowest = np.zeros(heard.shape[1], dtype=np.int64)  # colour that an ASV may still hear
+    for auv in range(len(heard)):
+        own = np.flatnonzero(heard[auv])
+        first = 0
+        for asv in own:
+            first = max(first, lowest[asv])
+        colours[auv] = colour = _smallest(own, used, first)
+        for asv in own:
+            used[asv, colour] = True
+            while used[asv, lowest[asv]]:
+                lowest[asv] += 1
+
+
+@compiled
+def _smallest(own: Ints, used: Flags, first: int) -> int:
+    """Return the smallest colour from `first` on that none of the ASVs `own` has in use."""
+    colour = first
+    while _is_used(own, used, colour):
+        colour += 1
+    return colour
+
+
+@compiled
+def _is_used(own: Ints, used: Flags, colour: int) -> bool:
+    for asv in own:  # noqa: SIM110 (compiled)
+        if used[asv, colour]:
+            return True
+    return False
+
+
+@compiled
+def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
+    """Write colours over -1."""
+    used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
+    met = np.zeros(len(heard), dtype=np.int64)  # colours of neighbours
+    for _ in range(len(heard)):
+        best = -1
+        for auv in range(len(heard)):
+            if colours[auv] < 0 and (
+                best < 0
+                or met[auv] > met[best]
+                or (met[auv] == met[best] and degrees[auv] > degrees[best])
+            ):
+                best = auv
+        own = np.flatnonzero(heard[best])
+        colours[best] = colour = _smallest(own, used, 0)
+        for auv in range(len(heard)):
+            if colours[auv] < 0 and _is_new(heard[auv], own, used, colour):
+                met[auv] += 1
+        for asv in own:
+            used[asv, colour] = True
+
+
+@compiled
+def _is_new(heard: Flags, own: Ints, used: Flags, colour: int) -> bool:
+    """Tell whether an AUV is heard by one of `own`, and by none that hears the colour so far."""
+    shared = False
+    for asv in own:
+        shared = shared or heard[asv]
+    if not shared:
+        return False
+    for asv in range(len(heard)):  # noqa: SIM110 (compiled)
+        if heard[asv] and used[asv, colour]:
+            return False
+    return True

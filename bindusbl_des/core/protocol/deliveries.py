@@ -1,0 +1,136 @@
+"""How fixes come to AUVs: delivered late and together, or each at its instant where that matters.
+
+An AUV that steers by its fixes, or is moved meanwhile, has each at its own instant; the others' are
+delivered when they are asked about, in the order of their arrival, and come to the same, bit for
+bit.
+"""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import simpy
+
+from ...support.arrays import Ints
+from ...support.compiled import compiled
+from ..navigation.gnss import GnssReceivers
+from ..navigation.navigators import Navigator
+from ..records.events import DELIVERED, IN_FLIGHT
+from ..records.rows import Recorder, Rows
+from ..vehicles.fleet import VehicleFleet
+from .outcomes import OwnOutcomes
+from .steps import moment
+
+
+class Deliveries:
+    """The fixes of a mission that AUVs are yet to have, however they come to them."""
+
+    #: Whether an AUV has a fix as soon as it has heard a ping.
+    heard_is_had = False
+
+    def __init__(
+        self, env: simpy.Environment, auvs: VehicleFleet, navigator: Navigator, record: Recorder
+    ) -> None:
+        self._env, self._auvs, self._fixes, self._navigator = env, auvs, record.fixes, navigator
+        #: The first fix that may still be delivered.
+        self.first_under_way = 0
+        self._due = np.empty(0, dtype=np.int64)
+        #: What makes AUVs fixes of their own at the surface; None where they have no receivers.
+        self.gnss: GnssReceivers | None = None
+        #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
+        #: that are delivered: None unless that is waited for.
+        self.on_broadcast: Callable[[], None] | None = None
+        self.on_frame: Callable[[Iterable[int]], None] | None = None
+        self.on_delivered: Callable[[Ints], None] | None = None
+
+    def _expect(self, fix: int, instant: float) -> None:
+        """Let an AUV have a fix at an instant (s), but not before now."""
+        arrives = max(instant, self._env.now)
+        self._fixes.array[fix]["arrives_at_s"] = arrives
+        self._deliver_by(arrives, [fix])
+
+    def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
+        """Let AUVs have fixes of which the last arrives at an instant (s), if that can be seen."""
+        if self.on_frame is not None:
+            self.on_frame(rows)
+        elif not self._auvs.foreseen:  # they steer by them, or who knows by what
+            moment(self._env, instant).callbacks.append(lambda _: self.deliver(instant))
+
+    def settle(self, time: float) -> None:
+        """Let AUVs have what has reached them by an instant (s), all of whose events are over.
+
+        Who steers by fixes has had each at its own instant, and nothing is left to do.
+        """
+        if self._auvs.foreseen:
+            self.deliver(time)
+
+    def deliver(self, time: float) -> None:
+        """Let AUVs have every fix that has reached them by an instant (s)."""
+        fixes = self._fixes
+        waiting = fixes.count - self.first_under_way
+        if waiting > len(self._due):
+            self._due = np.empty(2 * waiting, dtype=np.int64)
+        self._auvs.advance(time)  # up to now AUVs have steered without these fixes
+        count, self.first_under_way = delivered(
+            fixes.array, self.first_under_way, fixes.count, time, self._due
+        )
+        due = numbers = self._due[:count]
+        if self.gnss is not None:
+            numbers = self.gnss.among(fixes.array, due, time)
+        if len(numbers):
+            self._navigator.correct(fixes.array, numbers)
+        if count and self.on_delivered is not None:
+            self.on_delivered(due)
+
+
+class OwnFixes(Deliveries):
+    """The fixes that AUVs make themselves: each has its own as soon as it has decoded a ping."""
+
+    heard_is_had = True
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        auvs: VehicleFleet,
+        navigator: Navigator,
+        record: Recorder,
+        outcomes: OwnOutcomes,
+    ) -> None:
+        super().__init__(env, auvs, navigator, record)
+        self._outcomes = outcomes
+
+    def expect(self, pings: range) -> None:
+        """Let AUVs that steer by their fixes, or are moved meanwhile, have each at its instant."""
+        if not self._auvs.foreseen:
+            lasts = self._outcomes.band.duration
+            self._outcomes.when_over(self._env, pings, lambda _, came: self.settle(came + lasts))
+
+    def settle(self, time: float) -> None:
+        """Let AUVs have all fixes that they have made by an instant (s)."""
+        self._outcomes.resolve_passed(time)
+        self.deliver(time)
+
+
+@compiled
+def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
+    """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
+
+    They stand there in the order of their arrival.  Return how many there are, and the first row
+    that is still under way.
+    """
+    count, waiting = 0, end
+    for row in range(first, end):
+        line = fixes[row]
+        if line.outcome != IN_FLIGHT:
+            continue
+        if line.arrives_at_s <= time:
+            line.delivered_at_s, line.outcome = line.arrives_at_s, DELIVERED
+            line.latency_s = line.arrives_at_s - line.pinged_at_s
+            place = count
+            while place > 0 and fixes[due[place - 1]].arrives_at_s > line.arrives_at_s:
+                due[place] = due[place - 1]
+                place -= 1
+            due[place] = row
+            count += 1
+        elif waiting == end:
+            waiting = row
+    return count, waiting

@@ -1,0 +1,378 @@
+"""Schedule dissemination: frames name AUVs and their slots; who knows by when, who pings anyway.
+
+The fleet assigns the slots of a round as the frame begins that names them, and knows of its AUVs
+only what fixes say.  An AUV knows the slots of frames that it has decoded, and nothing else.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache, partial
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from ...support.arrays import Flags
+from ...support.streams import Purpose, Streams
+from ..records.events import Assignment, Round
+from ..records.rows import EventBuffer, Recorder
+from .frames import MfDownlink
+from .ranging import OneWay, OwnRanging, TwoWay
+from .slots import Slots
+from .steps import SAME, moment
+from .view import Schedule, TimedGroups, View
+
+# Whether each AUV has decoded a broadcast, by its number, by an instant (s), (n,)
+Decoded = Callable[[int, float], Flags]
+
+
+@dataclass
+class AnnouncedRound:
+    """The ping groups of a round that begins at an instant, and the frames that tell of it.
+
+    `frames` are numbers of broadcasts, each with the AUVs that it names, and `awaited` tells how
+    many ASVs have yet to begin theirs; `informed` (n,) who knows the plan so far, all of them where
+    it was agreed before the launch.
+    """
+
+    number: int
+    view: View
+    groups: TimedGroups
+    starts_s: float
+    informed: Flags
+    frames: list[tuple[int, Sequence[int]]] = field(default_factory=list)
+    awaited: int = 0
+
+    @property
+    def named(self) -> list[int]:
+        """The AUVs that have a slot, in the order of the slots."""
+        return [auv for group in self.groups for auv in group]
+
+    def slot_of(self, auv: int) -> int | None:
+        """Return the slot of an AUV; None if it has none."""
+        return next((slot for slot, group in enumerate(self.groups) if auv in group), None)
+
+    def frame_of(self, auv: int) -> int | None:
+        """Return the number of the broadcast that names an AUV; None if none has."""
+        return next((number for number, named in self.frames if auv in named), None)
+
+    def forget(self, starts_s: float) -> None:
+        """Have the round begin later than AUVs were told; none knows when."""
+        self.starts_s = starts_s
+        self.informed[:] = False
+        self.frames.clear()
+
+    def learn(self, decoded: Decoded, time: float) -> list[int]:
+        """Note who knows the plan by an instant (s); return the AUVs for which that is new.
+
+        An AUV knows its slot by the frame that names it, and that it has none by all of them.
+        """
+        if not self.frames or self.informed.all():
+            return []
+        heard = [decoded(number, time) for number, _ in self.frames]
+        knows = np.logical_and.reduce(heard)
+        if self.awaited or sum(len(named) for _, named in self.frames) < len(self.named):
+            knows[:] = False  # there are frames to come
+        for mine, (_, named) in zip(heard, self.frames, strict=True):
+            knows[list(named)] = mine[list(named)]
+        new: list[int] = np.flatnonzero(knows & ~self.informed).tolist()
+        self.informed |= knows
+        return new
+
+
+@dataclass(slots=True)
+class Knowledge:
+    """What one AUV knows: of which round it was told last, when that begins, how long rounds last.
+
+    `turn_s` is when its next turn in a round would be, from the start of one (s), in which `slot`:
+    None where it would have none.
+    """
+
+    round: int = -1
+    starts_s: float = 0.0
+    period_s: float = 0.0
+    turn_s: float | None = None
+    slot: int = 0
+    pinged_at_s: float = -np.inf
+
+    def learn(self, plan: AnnouncedRound, turn_s: float | None, slot: int) -> None:
+        """Take in the plan of a later round; rounds last as long as those since the last told."""
+        if self.round >= 0:
+            self.period_s = (plan.starts_s - self.starts_s) / (plan.number - self.round)
+        self.round, self.starts_s = plan.number, plan.starts_s
+        self.turn_s, self.slot = turn_s, slot
+
+
+class LastHeard:
+    """When each AUV was heard last, as far as the fleet knows: by the fixes that it has made.
+
+    One that has not been heard for `forget_after` (s) is lost, from its launch on.  Lost ones are
+    called back in turn.
+    """
+
+    def __init__(self, auvs: int, fixes: EventBuffer, forget_after: float | None) -> None:
+        self._heard_at, self._fixes, self._noted = np.zeros(auvs), fixes, 0
+        self._forget_after = math.inf if forget_after is None else forget_after
+        self._recalled_in = np.full(auvs, -1)
+
+    def lost(self, time: float) -> NDArray[np.bool_]:
+        """Return which AUVs are lost at an instant (s), (n,)."""
+        new = self._fixes.rows[self._noted :]
+        np.maximum.at(self._heard_at, new["auv"], new["pinged_at_s"])
+        self._noted = self._fixes.count
+        return np.asarray(time - self._heard_at > self._forget_after)
+
+    def recall(self, lost: NDArray[np.bool_], number: int) -> int:
+        """Return which of the lost AUVs a round (its number) calls back: that of longest ago."""
+        auv = int(np.argmin(np.where(lost, self._recalled_in, number)))
+        self._recalled_in[auv] = number
+        return auv
+
+
+class Announcing(NamedTuple):
+    """How AUVs are told: frames of a round tell the slots of the one `ahead` of it.
+
+    `missed` and `chance`: what those do that were not told.  Each `recall_rounds` rounds a lost AUV
+    gets a slot.
+    """
+
+    ahead: int
+    missed: str
+    chance: float
+    recall_rounds: int
+
+
+@dataclass
+class Dissemination:
+    """Who knows which slots.
+
+    `view` is what the fleet knows as it schedules a round, by its number and an instant (s);
+    `opens` the earliest start (s) of a round, by its number; `works_from` when (s) from an instant
+    on some ASV works.
+    """
+
+    env: simpy.Environment
+    slots: Slots
+    record: Recorder
+    downlink: MfDownlink
+    ranging: OneWay | TwoWay | OwnRanging
+    schedule: Schedule
+    view: Callable[[int, float], View]
+    opens: Callable[[int], float]
+    works_from: Callable[[float], float]
+    last_heard: LastHeard
+    announcing: Announcing
+    auvs: list[Knowledge]
+    streams: Streams
+    _plans: dict[int, AnnouncedRound] = field(default_factory=dict, init=False)
+    _under_way: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self._luck = cache(partial(self.streams.of, Purpose.CONTENTION))
+
+    def planned(self, number: int, time: float) -> AnnouncedRound:
+        """Return the plan of a round that begins at an instant (s).
+
+        One that begins later than was said, because no ASV worked, no AUV knows of, nor one that no
+        frame has told of.
+        """
+        if not self._plans:
+            self._agree()
+        plan = self._plans.get(number)
+        if plan is None:
+            plan = self._plans[number] = self._plan(number, time, time)
+        elif plan.starts_s != time:
+            plan.forget(time)
+        self._under_way = number
+        self._plans.pop(number - 1, None)  # no AUV can learn any more of a round that is over
+        return plan
+
+    def _agree(self) -> None:
+        """Agree before the launch on all rounds that no frame can tell of."""
+        starts = 0.0
+        for number in range(self.announcing.ahead):
+            starts = max(starts, self.opens(number))
+            plan = self._plans[number] = self._plan(number, 0.0, starts, starts)
+            plan.informed[:] = True
+            starts = self._slot_starts(plan.groups, plan.starts_s)[-1]
+            for auv in range(len(self.auvs)):
+                self._learn(auv, plan)
+        count = len(plan.named)
+        lasts = starts - plan.starts_s, self.slots.downlink_slot(count, count)
+        # rounds are planned to bring a fix of everybody
+        for auv, knowledge in enumerate(self.auvs):
+            knowledge.period_s = sum(lasts) if self.announcing.ahead == 1 else max(lasts)
+            self._reckon(auv, 1)
+
+    def assign(self, number: int, time: float, senders: Sequence[int]) -> dict[int, list[int]]:
+        """Assign the slots of the round ahead of one whose broadcast begins at an instant (s).
+
+        Return which AUVs each of the ASVs names that send it: those to which it is the nearest.
+        """
+        ahead, count = number + self.announcing.ahead, len(self.auvs)
+        lasts = len(senders) * self.slots.downlink_slot(count, count)  # at most, one by one
+        if self.announcing.ahead > 1:  # the round before it begins with the broadcast
+            if ahead - 1 not in self._plans:
+                self._plans[ahead - 1] = self._plan(ahead - 1, time, time)
+            before = self._plans[ahead - 1]
+            lasts = max(lasts, self._slot_starts(before.groups, before.starts_s)[-1] - time)
+        lasts = max(lasts, self.opens(ahead) - time)
+        plan = self._plans[ahead] = self._plan(ahead, time, time, lasts)
+        plan.awaited = len(senders)
+        named: dict[int, list[int]] = {asv: [] for asv in senders}
+        away = np.linalg.norm(plan.view.auvs[:, None, :2] - plan.view.asvs[senders, :2], axis=2)
+        for auv in plan.named:
+            named[senders[int(away[auv].argmin())]].append(auv)
+        return named
+
+    def foretell(self, number: int, ends: float) -> None:
+        """Have the round ahead begin once the downlink slot of one has ended (s), if no later."""
+        ahead = number + self.announcing.ahead
+        plan, starts = self._plans[ahead], [ends, self.opens(ahead)]
+        if self.announcing.ahead > 1:
+            starts.append(self._slot_starts(self._plans[ahead - 1].groups, plan.starts_s)[-1])
+        plan.starts_s = max(starts)
+
+    def send(self, number: int, broadcast: int, part: int, named: Sequence[int]) -> None:
+        """Note that a broadcast, by its number, of a round names AUVs; the `part` 0 of an ASV is
+        its first.
+        """
+        plan = self._plans[number + self.announcing.ahead]
+        plan.frames.append((broadcast, named))
+        plan.awaited -= part == 0
+
+    def _plan(
+        self, number: int, time: float, starts: float, ahead_s: float = 0.0
+    ) -> AnnouncedRound:
+        """Return the plan of a round by what the fleet knows at an instant (s), so much (s) before
+        it begins.
+        """
+        view, lost = self.view(number, time), self.last_heard.lost(time)
+        view.heard[lost] = False
+        view.lost, view.ahead_s = tuple(np.flatnonzero(lost).tolist()), ahead_s
+        asked = self.schedule(view)
+        assert view.known is not None
+        view.known.give_turns(asked, view.heard, number)
+        groups = [[auv for auv in group if not lost[auv]] for group in asked]
+        lengths = list(asked.lengths_s) if isinstance(asked, TimedGroups) else []
+        if not lengths:  # slots of T_UL can be left out
+            groups = [group for group in groups if group] or [[]]
+        if self.announcing.missed == "contention":
+            groups.append([])
+        elif lost.any() and number % self.announcing.recall_rounds == 0:
+            groups.append([self.last_heard.recall(lost, number)])
+        lengths += [self.slots.uplink_slot] * (len(groups) - len(lengths))
+        uninformed = np.zeros(len(lost), dtype=np.bool_)
+        return AnnouncedRound(number, view, TimedGroups(groups, lengths), starts, uninformed)
+
+    def _slot_starts(self, groups: TimedGroups, starts: float) -> list[float]:
+        """Return when (s) the slots of a round begin, and the last of them ends."""
+        return list(accumulate(groups.lengths_s, self.slots.clock.after, initial=starts))
+
+    def known(self, row: Round, slot: int, time: float) -> list[int]:
+        """Return the AUVs that ping in a slot of a round, from an instant (s) on.
+
+        They are those of its group that know it; in a contention slot those that know where it is,
+        have not had a turn, and try their luck.
+        """
+        self._hear(time)
+        plan = self._plans[row.round]
+        row.assigned, row.informed = len(plan.named), row.informed or 0
+        if self.announcing.missed == "contention" and slot == len(plan.groups) - 1:
+            heard = np.flatnonzero(plan.informed).tolist()
+            late = [auv for auv in heard if self.auvs[auv].pinged_at_s < plan.starts_s]
+            group = [auv for auv in late if self._dares(auv)]
+        else:
+            for auv in plan.groups[slot]:
+                self._note(plan, slot, auv, time)
+            group = [auv for auv in plan.groups[slot] if plan.informed[auv]]
+            row.informed += len(group)
+        able = [auv for auv in group if self._is_quiet(auv, time)]
+        for auv in able:
+            self.auvs[auv].pinged_at_s = time
+        return able
+
+    def _note(self, plan: AnnouncedRound, slot: int, auv: int, time: float) -> None:
+        """Record whether an AUV knows its slot."""
+        number = plan.frame_of(auv)
+        frame = None if number is None else self.record.broadcasts[number]
+        self.record.assignments.append(
+            Assignment(
+                plan.number,
+                slot,
+                auv,
+                time,
+                told_at_s=None if frame is None else frame.sent_at_s,
+                told_by=None if frame is None else frame.asv,
+                outcome="known" if plan.informed[auv] else "missed",
+            )
+        )
+
+    def _dares(self, auv: int) -> bool:
+        return bool(self._luck(auv).random() < self.announcing.chance)
+
+    def _is_quiet(self, auv: int, time: float) -> bool:
+        """Tell whether the last ping of an AUV is over."""
+        return time - self.auvs[auv].pinged_at_s >= self.slots.ping_duration
+
+    def _hear(self, time: float) -> None:
+        """Let AUVs know what the frames have told them that they have decoded by an instant (s)."""
+        for plan in self._plans.values():
+            for auv in plan.learn(self.downlink.decoded, time):
+                if plan.number > self.auvs[auv].round:
+                    self._learn(auv, plan)
+                    self._reckon(auv, 1)
+
+    def _learn(self, auv: int, plan: AnnouncedRound) -> None:
+        """Let an AUV know a plan."""
+        slot = plan.slot_of(auv)
+        if self.announcing.missed == "contention":
+            slot = len(plan.groups) - 1
+        turn = None
+        if slot is not None and self.announcing.missed != "silent":
+            turn = self._slot_starts(plan.groups, plan.starts_s)[slot] - plan.starts_s
+        self.auvs[auv].learn(plan, turn, slot or 0)
+
+    def _reckon(self, auv: int, rounds: int) -> None:
+        """Expect the turn of an AUV in the round so many after the last that it was told of."""
+        knowledge = self.auvs[auv]
+        if knowledge.turn_s is None:
+            return
+        instant = self._reckoned(knowledge, rounds)
+        while instant < self.env.now:
+            rounds += 1
+            instant = self._reckoned(knowledge, rounds)
+        event = moment(self.env, instant)
+        event.callbacks.append(partial(self._turn, auv, knowledge.round, rounds, instant))
+
+    def _reckoned(self, knowledge: Knowledge, rounds: int) -> float:
+        assert knowledge.turn_s is not None
+        return self.slots.clock.after(
+            knowledge.starts_s, rounds * knowledge.period_s + knowledge.turn_s
+        )
+
+    def _turn(
+        self, auv: int, informed: int, rounds: int, instant: float, _: simpy.Event | None = None
+    ) -> None:
+        """Let an AUV have the turn that it has reckoned, unless it was told of a later round."""
+        self._hear(instant)
+        knowledge = self.auvs[auv]
+        if knowledge.round != informed:
+            return
+        luck = self.announcing.missed == "last_slot" or self._dares(auv)
+        if luck and self._is_quiet(auv, instant):
+            knowledge.pinged_at_s = instant
+            plan = self._plan_at(instant)
+            self.ranging.ping(plan.number, knowledge.slot, [auv], instant, plan.view)
+        self._reckon(auv, rounds + 1)
+
+    def _plan_at(self, instant: float) -> AnnouncedRound:
+        """Return the plan of the round under way; of one that begins just now, that."""
+        following = self._plans.get(self._under_way + 1)
+        if following is None or following.starts_s > instant + SAME:
+            return self._plans[self._under_way]
+        begins = self.works_from(following.starts_s) == following.starts_s
+        return following if begins else self._plans[self._under_way]

@@ -1,0 +1,489 @@
+"""The MF band: frames of fixes travel from ASVs to every AUV in range; who has which fix when.
+
+A frame that begins at t and lasts T_A reaches the AUVs that are in range at t: it is a sound at
+each (:mod:`..acoustics.sounds`).  At an AUV it begins when its front has come, and ends when the
+sound of its end has, from where the vessel is by then.  What decodes it hands it over `delay_s`
+later.
+
+What becomes of a frame at an AUV is worked out when it is asked for, and not before it has ended
+there, when all that could overlap it are on record.  Nothing is asked as long as no two frames have
+ever been on the air at once.  Fixes are delivered in the order of their arrival, not of sending: a
+frame from nearby overtakes one from afar.
+"""
+
+import math
+from functools import cache, partial
+from math import inf, nan
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from ...support.arrays import Ints
+from ...support.clock import Clock, after
+from ...support.compiled import compiled
+from ...support.packed import Packed, unpacked
+from ...support.streams import Purpose, Streams
+from ..acoustics.bursts import burst_chances
+from ..acoustics.channel import NO_LOSS, AskedChannel
+from ..acoustics.messages import Message
+from ..acoustics.named_channels import FrameChannel
+from ..acoustics.propagation import TOUCH, within
+from ..acoustics.signals import NO_PINGS, Sounds, Spreading, signal_outcome
+from ..acoustics.sounds import Sea, emit, place_of, solve
+from ..acoustics.travel_time import NEARLY_THERE, travel_time, travel_time_to
+from ..navigation.navigators import Navigator
+from ..records.events import (
+    BURST,
+    BY_FRAME,
+    BY_OWN_FRAME,
+    BY_OWN_PING,
+    CHANCE,
+    COLLIDED,
+    FAILED,
+    FAILED_MEANWHILE,
+    HEARD,
+    IN_FLIGHT,
+    LOST,
+    OUT_OF_RANGE,
+    Broadcast,
+)
+from ..records.rows import FIX, FRAME_RECEPTION, NONE, Recorder, Rows
+from ..vehicles.fleet import VehicleFleet
+from ..vehicles.motion import where
+from ..vehicles.vehicle import Place
+from .deliveries import Deliveries
+from .outcomes import Outcomes
+
+# What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
+# nothing overlaps it, else what becomes of it, and why; how likely it is lost, how strong it is,
+# and how much later it is there than straight on (:data:`..acoustics.propagation.PROSPECT`).
+PROMISE = np.dtype(
+    [("outcome", "i8"), ("why", "i8"), ("loss", "f8"), ("sound", "f8"), ("late_s", "f8")]
+)
+DISC: Rows = np.empty(0, PROMISE)
+
+
+class FrameBand(NamedTuple):
+    """What holds for all frames: AUVs within a `reach` (m), seen from above unless `slant`, decode
+    them, or as often as the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
+    Frames that overlap at an AUV destroy each other, but for `capture` as of
+    :class:`..acoustics.channel.Receiver`.  What a channel lets be lost is lost in `bursts` (AUVs,
+    ASVs), :data:`..acoustics.bursts.PAIR`, if not None; and where its path changes faster than a
+    `doppler_limit` (m/s).
+    """
+
+    reach: float
+    sound_speed: float
+    channel: FrameChannel | None
+    capture: float = math.inf
+    bursts: Rows | None = None
+    slant: bool = False
+    doppler_limit: float | None = None
+
+
+class Sent(NamedTuple):
+    """What frames of fixes are sent in, handed over once; reach (m) as of :class:`FrameBand`.
+    Instants are those of a clock of a `rate` (Hz, see :func:`after`).
+    """
+
+    fixes: Annotated[Rows, FIX]
+    slant: bool
+    reach: float
+    rate: float
+
+
+class MfDownlink(Deliveries):
+    """The MF downlink: a fix is delivered when its frame has reached the AUV, or never."""
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        auvs: VehicleFleet,
+        asvs: VehicleFleet,
+        navigator: Navigator,
+        record: Recorder,
+        *,
+        band: FrameBand,
+        clock: Clock,
+        streams: Streams,
+        ping_s: float,
+    ) -> None:
+        """Take the clock that instants are of, and how long (s) pings last."""
+        super().__init__(env, auvs, navigator, record)
+        self._ping_s = ping_s
+        self._asvs, self._clock, self._record, self._band = asvs, clock, record, band
+        self._luck = cache(partial(streams.of, Purpose.FRAME))
+        self._overheard = cache(partial(streams.of, Purpose.OVERHEARD))
+        random = None if band.channel is None else streams.of(Purpose.CHANNEL, 1)
+        self._spreading = Spreading(
+            None, NO_LOSS, band.slant, band.reach, "mf", random, band.doppler_limit
+        )
+        #: What sounds where: frames, and where AUVs are deaf meanwhile their own pings.
+        self.sounds = Sounds(auvs, asvs, band.sound_speed, long=True)
+        #: Where ASVs hear nothing while they send frames, if they do: on the HF band.
+        self.deafens: Sounds | None = None
+        self._first: list[int] = []  # of each frame the row of its sound at AUV0, before the others
+        self._delay_s: list[float] = []  # and how long after its end it is handed over
+        self._sent_in = Packed(Sent(self._fixes.array, band.slant, band.reach, clock.rate))
+        self._fixes.hand_on(self._sent_in, "fixes")
+        self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
+        self._foreseen_s = asvs.sure_s if auvs.foreseen else -inf
+        self._listeners = len(auvs)  # the first of all vehicles: who hears frames
+        self._passed_at = 0.0  # by then (s) all frames so far have passed
+        self._is_shared = False  # whether anything may ever have met a frame
+
+    def deafen(self, pings: range) -> None:
+        """Let AUVs hear no frames while they send pings that begin now."""
+        self._is_shared = True
+        for ping in self._record.pings.array[pings.start : pings.stop]:
+            number, auv, sent_at = int(ping["ping"]), int(ping["auv"]), float(ping["sent_at_s"])
+            self.sounds.deafen(BY_OWN_PING, number, auv, sent_at, self._ping_s)
+
+    def send(
+        self,
+        round_number: int,
+        rows: Ints,
+        asv: int,
+        time: float,
+        message: Message,
+        part: int = 0,
+        told: Ints | None = None,
+    ) -> None:
+        """Send fixes of a round in a frame that starts at `time`, and lasts as long as its message
+        (eq. deliver_tick).
+
+        A modem hands a frame over so much later than its end has arrived.  A channel is asked by
+        its size.  When AUVs will have those fixes that are `told` so (None: all) is noted at once.
+        """
+        told, airtime, delay = rows if told is None else told, message.airtime_s, message.delay_s
+        on_air = self._asvs.works_for(asv, time, airtime)
+        size, count, named = message.size_bytes, message.fixes, message.named
+        row = Broadcast(round_number, asv, time, on_air, size, count, part, named)
+        self._record.broadcasts.append(row)
+        if self.on_broadcast is not None:
+            self.on_broadcast()
+        for fleet in self._moving:
+            fleet.advance(time)
+        foreseen, number, sounds = airtime <= self._foreseen_s, len(self._first), self.sounds
+        promised, auvs, first, channel = DISC, len(self._auvs), sounds.count, self._band.channel
+        if channel is not None:
+            promised = self._ask(channel(size, airtime), rows, asv, time)
+        self._is_shared |= time < self._passed_at
+        self._first.append(first)
+        self._delay_s.append(delay)
+        sounds.room_for(self._listeners)
+        last, longest, sounds.count = begin_frame(
+            self._sent_in.address, sounds.sea.address, number, first, asv, time, on_air, airtime,
+            delay, told, foreseen, promised, self._listeners,
+        )  # fmt: skip
+        if self._band.doppler_limit is not None:
+            self._lose_shifted(told, first, time, self._band.doppler_limit)
+        self._passed_at = max(self._passed_at, time + longest)
+        if self.deafens is not None and on_air > 0.0:
+            self.deafens.deafen(BY_OWN_FRAME, number, auvs + asv, time, on_air)
+        if last >= 0.0:
+            self._deliver_by(last, told)
+        elif len(told) and not foreseen:  # they steer meanwhile by other fixes, or who knows
+            event = self._env.timeout(airtime)
+            event.callbacks.append(partial(self._leave, told, asv, (time, airtime, delay)))
+
+    def _lose_shifted(self, rows: Ints, first: int, time: float, limit: float) -> None:
+        """Let AUVs lose a frame with fixes that begins at an instant (s), with sounds from `first`
+        on, where the path changes faster than a limit (m/s).
+        """
+        sounds, fixes = self.sounds.array[first : first + len(self._auvs)], self._fixes.array
+        was = sounds["outcome"] == IN_FLIGHT
+        self.sounds.lose_shifted(sounds, time, limit)
+        shifted = was & (sounds["outcome"] == LOST)
+        lost = rows[shifted[fixes["auv"][rows]] & (fixes["outcome"][rows] == IN_FLIGHT)]
+        fixes["outcome"][lost], fixes["arrives_at_s"][lost] = LOST, nan
+
+    def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> Rows:
+        """Return what becomes of a frame of fixes at those who listen (n,), :data:`PROMISE`, that
+        an ASV begins at an instant (s).
+        """
+        auvs, bursts = len(self._auvs), self._band.bursts
+        found = self.sounds.heard_from(
+            channel, auvs + asv, time, self._listeners, self._spreading
+        )  # fmt: skip
+        luck = self._overheard(asv).random(auvs)
+        for auv in set(self._fixes.array["auv"][carried].tolist()):
+            luck[auv] = self._luck(auv, asv).random()
+        if bursts is not None:
+            losses = np.ascontiguousarray(found["loss"][:auvs])
+            luck = burst_chances(np.ascontiguousarray(bursts[:, asv]), time, losses)
+        luck = np.append(luck, np.ones(len(found) - auvs))  # ASVs decode no other's frame
+        promised, loss = np.empty(len(found), PROMISE), found["loss"]
+        promised["outcome"] = np.where(
+            loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
+        )
+        promised["why"] = np.where(promised["outcome"] == IN_FLIGHT, NONE, promised["outcome"])
+        promised["why"][promised["outcome"] == LOST] = CHANCE if bursts is None else BURST
+        for name in ("loss", "sound", "late_s"):
+            promised[name] = found[name]
+        return promised
+
+    # What has become of frames
+
+    def deliver(self, time: float) -> None:
+        """Let AUVs have every fix that has reached them by an instant (s), in a frame that nothing
+        has destroyed there.
+        """
+        if self._is_shared:
+            first = self.first_under_way
+            fixes = self._fixes.rows[first:]
+            arrives = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] <= time)
+            arrives &= fixes["frame"] != NONE  # answers are no frames
+            due = fixes[arrives]
+            received = self._received(due["frame"], due["auv"], time)
+            rows = first + np.flatnonzero(arrives)[received["outcome"] == COLLIDED]
+            self._fixes.array["outcome"][rows] = COLLIDED
+        super().deliver(time)
+
+    def decoded(self, broadcast: int, time: float) -> NDArray[np.bool_]:
+        """Return which AUVs have decoded a broadcast, by its number from 0, by an instant (s) that
+        is not to come, shape (n,): its end has come to them, and their modem has handed it over.
+        """
+        auvs = np.arange(len(self._auvs))
+        received = self._received(np.full(len(auvs), broadcast), auvs, time)
+        handed_over = received["ended_at_s"] + self._delay_s[broadcast]
+        found: NDArray[np.bool_] = (received["outcome"] == HEARD) & (handed_over <= time)
+        return found
+
+    def close(self, time: float) -> None:
+        """Let AUVs have what has reached them by an instant (s), the mission's last; put on record
+        what became of each frame at each of them: where not everything is, of those destroyed.
+        """
+        self.deliver(time)
+        auvs, frames = np.arange(len(self._auvs)), np.arange(len(self._first))
+        if self._record.everything:
+            each = [self._received(np.repeat(frames, len(auvs)), np.tile(auvs, len(frames)), time)]
+        elif self._is_shared:  # frame by frame: there may be no room for all
+            met = (self._received(np.full(len(auvs), frame), auvs, time) for frame in frames)
+            each = [rows[rows["outcome"] == COLLIDED] for rows in met]
+        else:
+            return
+        received = np.concatenate([np.empty(0, FRAME_RECEPTION), *each])
+        table = self._record.frame_receptions
+        table.array, table.count = received, len(received)
+
+    def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
+        """Return what has become of frames at AUVs, (n,) each, by an instant (s), shape (n,)."""
+        self._auvs.advance(time)
+        self._asvs.advance(time)
+        received = np.empty(len(frames), FRAME_RECEPTION)
+        received["broadcast"], received["auv"] = frames, auvs
+        rows = np.array([self._first[frame] for frame in frames.tolist()], np.int64) + auvs
+        sea, count = self.sounds.sea.address, self.sounds.count
+        receive(sea, rows, received, time, count, self._band.capture, *NO_PINGS)
+        return received
+
+    # Arrivals at AUVs that steer, or are moved, meanwhile
+
+    def _leave(
+        self, rows: Ints, asv: int, frame: tuple[float, float, float], _: simpy.Event
+    ) -> None:
+        """Let the end of a frame set out to AUVs that have moved since the frame began."""
+        ends = frame[0] + frame[1]
+        vessel = self._asvs.vehicles[asv].at(ends)
+        for fix in rows:
+            if self._fixes.array[fix]["outcome"] == IN_FLIGHT:
+                late = self._late_s(fix)
+                event = self._nearly_there(fix, vessel, ends, late)
+                event.callbacks.append(partial(self._arrive, fix, asv, frame, late))
+
+    def _late_s(self, fix: int) -> float:
+        """Return how much later (s) the frame of a fix is at its AUV than straight on."""
+        row = self._fixes.array[fix]
+        return float(self.sounds.array[self._first[row["frame"]] + row["auv"]]["late_s"])
+
+    def _nearly_there(self, fix: int, vessel: Place, time: float, late: float) -> simpy.Timeout:
+        """Return the event at which what left a vessel at an instant (s) is nearly at its AUV, so
+        much later (s) than straight on.
+        """
+        now, auv = self._env.now, self._fixes.array[fix]["auv"]
+        place = self._auvs.vehicles[auv].at(now)
+        way = NEARLY_THERE * (math.dist(vessel[:3], place[:3]) / self._band.sound_speed + late)
+        return self._env.timeout(max(time - now + way, 0.0))
+
+    def _arrive(
+        self, fix: int, asv: int, frame: tuple[float, float, float], late: float, _: simpy.Event
+    ) -> None:
+        """Find the exact arrival when it is near: who steers by fixes has no sure future."""
+        time, airtime, delay = frame
+        travel = self._travel(asv, fix, time + airtime, late)
+        self._expect(fix, self._clock.after(time, airtime + travel + delay))
+
+    def _travel(self, asv: int, fix: int, time: float, late: float) -> float:
+        """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix, so
+        much later (s) than straight on.
+        """
+        auv = int(self._fixes.array[fix]["auv"])
+        if self._auvs.foreseen:
+            self._asvs.advance(time)
+            return way_s(self.sounds.sea.address, asv, auv, time, late)
+        # the AUV's way is made known as it is asked for
+        vessel, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
+        return late + travel_time(vessel, at, time + late, self._band.sound_speed)
+
+    # Answers that take no airtime
+
+    def reply(self, round_number: int, fix: int, asv: int, time: float, late: float = 0.0) -> None:
+        """Answer a ping that reached the ASV at `time` (s); the answer takes only its way, as much
+        later (s) than straight on as the ping did.
+        """
+        row = self._fixes.array[fix]
+        row["broadcast_at_s"], row["broadcast_by"] = time, asv
+        self._record.broadcasts.append(Broadcast(round_number, asv, time, 0.0, 0, 1))
+        if self.on_broadcast is not None:
+            self.on_broadcast()
+        if self._auvs.predicted:
+            event = self._nearly_there(fix, self._asvs.vehicles[asv].at(time), time, late)
+            event.callbacks.append(lambda _: self._answered(fix, asv, time, late))
+        else:
+            self._answered(fix, asv, time, late)
+
+    def _answered(self, fix: int, asv: int, time: float, late: float) -> None:
+        """Let an AUV have the answer that an ASV sent at an instant (s), but not before now."""
+        pinged_at = float(self._fixes.array[fix]["pinged_at_s"])
+        two_way = time - pinged_at + self._travel(asv, fix, time, late)
+        self._expect(fix, self._clock.after(pinged_at, max(two_way, self._env.now - pinged_at)))
+
+
+class Replies:
+    """The first ASV that decodes a ping answers it with a fix of its own; no fix waits
+    (conventional USBL).
+
+    An answer is a frame of its own (`message`), which sets out once the ping is decoded.  An ASV
+    hears no ping while it answers one, as transponders are locked out meanwhile, so that it never
+    has two to answer; another ASV may hear the ping and answer it.
+
+    Without a message answers take no airtime.  They set out `after` (s) the ping's front has
+    arrived: 0 is what the paper's latencies need, although no ASV can have decoded the ping
+    by then; its duration is the earliest in truth.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        outcomes: Outcomes,
+        downlink: MfDownlink,
+        record: Recorder,
+        message: Message | None,
+        after: float,
+    ) -> None:
+        self._env, self._outcomes, self._downlink, self._record = env, outcomes, downlink, record
+        self._message, self._after = message, after
+
+    def expect(self, pings: range) -> None:
+        """Wait for each ping at each ASV in range by itself."""
+        self._outcomes.when_over(self._env, pings, self._hear)
+
+    def _hear(self, row: int, arrived: float) -> None:
+        """Answer a ping when it has just been heard for the first time."""
+        reception = self._record.receptions.array[row]
+        if not self._outcomes.resolve(int(reception["ping"]), row):
+            return
+        number = int(self._record.pings.array[reception["ping"]]["round"])
+        self._record.rounds[number].fixes += 1
+        asv, fix, time = int(reception["asv"]), self._record.fixes.count - 1, arrived + self._after
+        if self._message is None:
+            self._downlink.reply(number, fix, asv, time, float(reception["bent_s"]))
+        else:
+            self._downlink.send(number, np.array([fix]), asv, time, self._message)
+
+
+@compiled
+def begin_frame(
+    packed: int, packed_sea: int, number: int, count: int, asv: int, time: float, on_air: float,
+    airtime: float, delay: float, carried: Ints, foreseen: bool, promised: Rows, listeners: int,
+) -> tuple[float, float, int]:  # fmt: skip
+    """Let an ASV send fixes, the rows `carried` (k,), in the frame of a number, at an instant (s),
+    which is to last `airtime` (s) and is on the air for `on_air` (s): less if its ASV fails.  Write
+    its sounds behind the first `count`.
+
+    `packed` is the address of a :class:`Sent`, `packed_sea` that of a :class:`Sea`, which have room
+    for them.  It sounds at the first so many `listeners` of all vehicles, AUVs first, but at its
+    sender.  What becomes of it at each is `promised` (listeners,), :data:`PROMISE`, or nothing on
+    the disc.  The fixes tell when their AUVs will have them: `delay` (s) after the end has come.
+    An AUV out of range when the frame begins never gets its fix, nor one that loses it, and where
+    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
+    known, or -1, how long (s) after it was sent no sound is over later, and the row after those of
+    the sounds.
+    """
+    into, sea, last = unpacked(packed, Sent), unpacked(packed_sea, Sea), -1.0
+    fixes, auvs = into.fixes, sea.auvs
+    here, sender = where(sea.asvs, asv, time), auvs.first.size - 1 + asv
+    strengths, lates = np.zeros(listeners), np.zeros(listeners)
+    for listener in range(listeners):
+        if listener == sender:
+            strengths[listener] = nan
+        elif promised.size:
+            strengths[listener] = promised[listener].sound
+            lates[listener] = promised[listener].late_s
+        elif within(place_of(listener, time, sea), here, into.slant, into.reach):
+            strengths[listener] = 1.0
+    end = emit(sea, count, BY_FRAME, number, sender, time, on_air, strengths, lates)
+    for row in range(count, end):
+        sound = sea.sounds[row]
+        if promised.size:
+            promise = promised[sound.listener]
+            sound.outcome, sound.why, sound.loss = promise.outcome, promise.why, promise.loss
+        elif sound.sound == 0.0:
+            sound.outcome = OUT_OF_RANGE
+        if on_air < airtime and sound.outcome != OUT_OF_RANGE:
+            sound.outcome, sound.why = LOST, FAILED_MEANWHILE if on_air > 0.0 else FAILED
+        if on_air == 0.0:
+            sound.sound = 0.0
+    ends = where(sea.asvs, asv, time + airtime)
+    for row in carried:
+        line, sound = fixes[row], sea.sounds[count + fixes[row].auv]
+        line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
+        line.frame = number
+        if sound.outcome != IN_FLIGHT:
+            line.outcome = sound.outcome
+        elif foreseen:
+            sent_at = time + airtime + sound.late_s
+            travel = sound.late_s + travel_time_to(ends, auvs, line.auv, sent_at, sea.sound_speed)
+            line.arrives_at_s = after(into.rate, time, airtime + travel + delay)
+            last = max(last, line.arrives_at_s)
+    return last, sea.sounds[count + auvs.first.size - 2].longest_s, end
+
+
+@compiled
+def way_s(packed: int, asv: int, auv: int, time: float, late: float) -> float:
+    """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets, so
+    much later (s) than straight on.
+
+    `packed` is the address of a :class:`Sea`.
+    """
+    of = unpacked(packed, Sea)
+    source = where(of.asvs, asv, time)
+    return late + travel_time_to(source, of.auvs, auv, time + late, of.sound_speed)
+
+
+@compiled
+def receive(
+    packed: int, rows: Ints, receptions: Rows, known: float, count: int, capture: float,
+    met: Rows, pings: Rows, ping_s: float,
+) -> None:  # fmt: skip
+    """Write what has become of frames at AUVs, the sounds `rows` (n,), by an instant (s), `known`,
+    up to which all motion is, to `receptions`, :data:`..records.rows.FRAME_RECEPTION`.
+
+    `packed` is the address of a :class:`Sea`, of which so many sounds are on record: all that have
+    begun by then.  What has not ended at its AUV is in flight.  Further arguments as of
+    :func:`..acoustics.signals.signal_outcome`.
+    """
+    sea = unpacked(packed, Sea)
+    auvs = sea.auvs.first.size - 1
+    for k in range(len(rows)):
+        line, sound = receptions[k], sea.sounds[rows[k]]
+        solve(sound, known, sea)
+        line.arrived_at_s = sound.arrived_at_s if sound.arrived_at_s <= known + TOUCH else nan
+        line.ended_at_s, line.loss_probability = sound.ended_at_s, sound.loss
+        line.outcome, line.why, line.overlapped_by = signal_outcome(
+            rows[k], sea.sounds[:count], known + TOUCH, met, pings, ping_s, auvs, capture, sea,
+            known,
+        )  # fmt: skip

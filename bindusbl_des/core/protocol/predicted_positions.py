@@ -1,0 +1,254 @@
+"""Where the surface fleet believes all vehicles to be, and so who is within reach of whom, with the
+margin that a scenario allows for (`protocol.conflict_margin_m`).
+
+It knows where it launched the AUVs, what it has planned for them, and the fixes that it has made:
+AUVs are at their last fixes, or where these are carried forward to by what is planned.  Only where
+a scenario says so does it see where they are.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from ...support.arrays import Flags, Floats
+from ..acoustics.propagation import SignalBand
+from ..geometry.paths import Path
+from ..records.rows import EventBuffer, Rows
+from ..scenario.site import Site
+from ..vehicles.fleet import VehicleFleet
+from ..vehicles.motion import SPEED, places
+from ..vehicles.vehicle import (
+    Place,
+    SegmentedTrajectory,
+    Vehicle,
+    kinematic,
+    moored,
+    recorded,
+)
+from .conflicts import Surveyed, VehiclePositions, hearing
+
+Spot = tuple[float, float]
+
+# A fix is sought on the tour where its AUV should be by now, give or take this share of the way
+# since the fix before, and this much more (m): turns and fix noise.  Wide enough for a vehicle that
+# a current delays, narrow enough that the next lap is not mistaken for this one.
+SHARE_OF_WAY, LEAST_REACH = 0.3, 10.0
+STEP_M, MOST_STEPS = 0.25, 4000
+
+# How far (m) a fix is beside the way of its AUV, about: noise, and how well it steers.
+BESIDE_M = 2.0
+
+
+class Course(Protocol):
+    """What is planned for one AUV, by which a fix of it is carried on."""
+
+    def fixed(self, time: float, place: Spot) -> None:
+        """Take in that the AUV was at a place (m) at an instant (s)."""
+
+    def at(self, time: float) -> Spot:
+        """Return where (m) it should be at an instant (s) after its last fix."""
+
+
+class Touring:
+    """A course along a planned tour at the planned speed (m/s), from its start.
+
+    A fix tells how far along the tour the AUV is.  That it is beside it is left out: it is noise of
+    the fix, or an error that the AUV steers back from when it has the fix.  Where legs lie close to
+    each other, the one is taken on which it is most likely by now.
+    """
+
+    def __init__(self, tour: Path, speed: float) -> None:
+        self._tour, self._speed = tour, speed
+        self._along = self._since = 0.0
+
+    def fixed(self, time: float, place: Spot) -> None:
+        if time < self._since:  # an older ping, decided later
+            return
+        travelled = self._speed * (time - self._since)
+        expected, reach = self._along + travelled, LEAST_REACH + SHARE_OF_WAY * travelled
+        steps = min(math.ceil(2 * reach / STEP_M), MOST_STEPS)
+        along = np.linspace(max(expected - reach, 0.0), expected + reach, steps + 1)
+        ways = self._tour.sample(along)
+        beside = np.hypot(ways[:, 0] - place[0], ways[:, 1] - place[1])
+        unlikely = (beside / BESIDE_M) ** 2 + (2 * (along - expected) / reach) ** 2
+        here = np.abs(along - along[np.argmin(unlikely)]) <= 2 * BESIDE_M
+        nearest = int(np.argmin(np.where(here, beside, np.inf)))
+        x, y, yaw = ways[nearest]
+        ahead = (place[0] - x) * math.cos(yaw) + (place[1] - y) * math.sin(yaw)
+        self._along, self._since = max(float(along[nearest] + ahead), 0.0), time
+
+    def at(self, time: float) -> Spot:
+        x, y, _ = self._tour.at(self._along + self._speed * (time - self._since))
+        return x, y
+
+
+class Shifted:
+    """A course of which the shape and times are known: a track to be repeated, or a place to hold.
+
+    The last fix moves it as a whole.
+    """
+
+    def __init__(self, shape: Vehicle) -> None:
+        self._shape = shape
+        self._since, self._aside = -math.inf, (0.0, 0.0)
+
+    def fixed(self, time: float, place: Spot) -> None:
+        if time >= self._since:
+            x, y = self._shape.at(time)[:2]
+            self._since, self._aside = time, (place[0] - x, place[1] - y)
+
+    def at(self, time: float) -> Spot:
+        x, y = self._shape.at(time)[:2]
+        return x + self._aside[0], y + self._aside[1]
+
+
+class LastFixes:
+    """A chart of raw fixes: each AUV where its last fix had it, at first where it was launched."""
+
+    def __init__(self, launched: Floats) -> None:
+        """Take the places x, y, z (m) of the launch, shape (n, 3)."""
+        self._places = launched
+
+    def note(self, fixes: Rows) -> None:
+        """Note fixes, rows of the buffer."""
+        for fix in fixes:
+            self._places[fix["auv"], :2] = fix["x_m"], fix["y_m"]
+
+    def at(self, time: float) -> Floats:
+        """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
+        return self._places.copy()
+
+
+class CarriedForward:
+    """Fixes carried forward by what is planned: each AUV where it should be by now."""
+
+    def __init__(self, launched: Floats, courses: Sequence[Course]) -> None:
+        self._places, self._courses = launched, courses
+
+    def note(self, fixes: Rows) -> None:
+        """Note fixes, rows of the buffer; each holds at the instant of its ping."""
+        for fix in fixes:
+            place = float(fix["x_m"]), float(fix["y_m"])
+            self._courses[fix["auv"]].fixed(float(fix["pinged_at_s"]), place)
+
+    def at(self, time: float) -> Floats:
+        """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
+        places = self._places.copy()
+        places[:, :2] = [course.at(time) for course in self._courses]
+        return places
+
+
+Prediction = LastFixes | CarriedForward
+
+
+class PredictedPositions:
+    """Where the fleet believes its AUVs to be: where they are, or as predicted from their fixes."""
+
+    def __init__(
+        self,
+        auvs: VehicleFleet,
+        asvs: VehicleFleet,
+        band: SignalBand,
+        margin: float,
+        prediction: Prediction | None,
+        fixes: EventBuffer,
+    ) -> None:
+        """An ASV hears AUVs within the reach of the HF band and a margin (m).
+
+        Without a `prediction` the fleet knows the truth.
+        """
+        self._auvs, self._asvs, self._slant = auvs, asvs, band.slant
+        self._reach = band.reach + margin
+        self._survey = VehiclePositions(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
+        self._prediction, self._fixes, self._noted = prediction, fixes, 0
+
+    @property
+    def follow_fixes(self) -> bool:
+        """Whether fixes change where the fleet believes its AUVs to be."""
+        return self._prediction is not None
+
+    def seen(self, time: float) -> tuple[Floats, Floats, Flags]:
+        """Return where AUVs and ASVs are believed to be at an instant (s), (n, 3) and (m, 3) in m,
+        and which AUVs each ASV that works is believed to hear, (n, m).
+        """
+        self._asvs.advance(time)
+        if self._prediction is None:
+            self._auvs.advance(time)
+            auvs, asvs, heard = self._survey.at(time)
+        else:
+            self._prediction.note(self._fixes.rows[self._noted :])
+            self._noted = self._fixes.count
+            auvs = self._prediction.at(time)
+            asvs = places(self._asvs.motion, time)[:, :3]
+            heard = hearing(auvs, asvs, self._reach, self._slant)
+        if failed := self._asvs.failed(time):
+            heard[:, failed] = False
+        return auvs, asvs, heard
+
+    def within(self, reach: float, slant: bool, time: float) -> Flags:
+        """Return which AUVs are believed within a reach (m) of each ASV, seen from above unless
+        `slant`, (n, m).
+        """
+        auvs, asvs, _ = self.seen(time)
+        return hearing(auvs, asvs, reach, slant)
+
+
+def prediction_of(site: Site, launched: Floats) -> Prediction | None:
+    """Return how a fleet predicts the AUVs that it has launched at places (n, 3), m; None where it
+    knows the truth.
+    """
+    match site.positions:
+        case "last_fix":
+            return LastFixes(launched)
+        case "carried_forward":
+            return CarriedForward(launched, courses(site))
+        case _:
+            return None
+
+
+def courses(site: Site) -> list[Course]:
+    """Return what is planned for each AUV of a scenario."""
+    unflown = _unflown(site)
+    if unflown is not None:
+        return [Shifted(vehicle) for vehicle in unflown]
+    plans = zip(site.plans, site.scenario.auvs.speeds, strict=True)
+    return [Touring(plan.tour, speed) for plan, speed in plans]
+
+
+def _unflown(site: Site) -> list[SegmentedTrajectory] | None:
+    """Return the AUVs that hold still or repeat tracks; None where they fly paths."""
+    held, depth = site.held_places_m, site.scenario.survey.depth
+    if held is not None:
+        return [moored(Place(x, y, depth(auv), 0.0)) for auv, (x, y) in enumerate(held)]
+    tracks = site.auv_tracks
+    return None if tracks is None else [recorded(*track) for track in tracks]
+
+
+def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
+    """Return the AUVs of a scenario as they are planned for so long (s), AUV0 first.
+
+    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+
+    Raises:
+        ValueError: when the route cannot be flown.
+        PluginError: when one's own is not allowed, or makes none.
+    """
+    unflown = _unflown(site)
+    if unflown is not None:
+        return unflown
+    depths = [site.scenario.survey.depth(auv) for auv in range(site.scenario.auvs.count)]
+    plans = zip(site.plans, site.scenario.auvs.speeds, depths, strict=True)
+    return [kinematic(plan.tour, speed, depth, lasts) for plan, speed, depth in plans]
+
+
+def planned_speeds(site: Site, auvs: VehicleFleet) -> Floats:
+    """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
+    speed = np.array(site.scenario.auvs.speeds)
+    if site.scenario.auvs.route.is_held:
+        speed[:] = 0.0
+    elif site.route.is_recorded and auvs.poses is None:
+        table, first, _ = auvs.motion
+        speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
+    return speed

@@ -1,0 +1,310 @@
+"""How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import simpy
+
+from ...support.arrays import Floats, Ints
+from ...support.compiled import compiled
+from ...support.plugins import OwnPart
+from ...support.streams import Purpose, Streams
+from ..records.events import HEARD, IN_FLIGHT
+from ..records.rows import CALLED, Rows
+from ..scenario.families import RANGING
+from ..scenario.part_choice import own_part
+from ..scenario.sections.protocol import Protocol
+from ..scenario.site import Site
+from ..vehicles.fleet import VehicleFleet
+from .answers import Answers
+from .pings import NO_CALL, HfBand, members
+from .predicted_positions import planned_speeds
+from .steps import SAME, check_now, checked_steps, event_of, moment
+from .view import View
+
+
+class OneWay:
+    """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync).
+
+    Or each so much `late` (s), after the start of its slot.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: HfBand,
+        late: Sequence[float] | None = None,
+    ) -> None:
+        self._env, self._uplink, self._late = env, uplink, late
+
+    def ping(
+        self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
+    ) -> None:
+        """Let a group of AUVs ping at the start of its slot, wherever the fleet believes them."""
+        if self._late is None:
+            self._uplink.send(round_number, slot, group, time)
+            return
+        for auv in group:
+            pings_at = time + self._late[auv]
+            event = moment(self._env, pings_at)
+            event.callbacks.append(partial(self._ping, (round_number, slot, auv), pings_at))
+
+    def _ping(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
+        """Let one AUV ping in its turn (round, slot, AUV) at an instant (s)."""
+        self._uplink.send(turn[0], turn[1], [turn[2]], time)
+
+    def close(self) -> None:
+        """End the mission; nobody waits for anything."""
+
+
+class TwoWay:
+    """At the start of its slot each AUV is called by an ASV, and answers what it hears: no clocks.
+
+    The nearest ASV calls, as far as the fleet knows, be the AUV within its range or not; who calls
+    several names them in one call.  The AUV answers as soon as it has heard the call and turned
+    about.  All ASVs that hear the answer measure it.  An AUV that hears no call does not ping: its
+    turn is recorded with what became of the call.
+    """
+
+    def __init__(
+        self,
+        env: simpy.Environment,
+        uplink: HfBand,
+        *,
+        turnaround: float,
+        one_way: bool = False,
+        answers: Answers | None = None,
+    ) -> None:
+        """Put a way together: with `one_way` the answer alone is timed, by synchronised clocks.
+
+        `answers` are told of calls and pings, where somebody waits for them.
+        """
+        self._one_way, self._answers = one_way, answers
+        self._env, self._uplink = env, uplink
+        self._answer_delay = uplink.band.duration + turnaround
+        self._waiting: dict[tuple[int, int, int], Rows] = {}  # calls not yet answered
+
+    def ping(
+        self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
+    ) -> None:
+        """Call the AUVs of a group at the start of its slot; each pings when it has heard that."""
+        if self._answers is not None:
+            self._answers.begin((round_number, slot), len(group))
+        failed = self._uplink.failed(time)
+        if len(failed) == len(view.asvs):
+            return  # nobody calls
+        callers = nearest(view, group, failed)
+        calls = self._uplink.call(group, callers, time)
+        outcomes, ways_s = calls["call"].tolist(), calls["call_time_s"].tolist()
+        for number, (auv, outcome, way_s) in enumerate(zip(group, outcomes, ways_s, strict=True)):
+            call = calls[number : number + 1]
+            if outcome != HEARD:
+                self._uplink.send(round_number, slot, [auv], time, call)
+                continue
+            turn = round_number, slot, auv
+            self._waiting[turn] = call
+            if self._uplink.foresees_calls:
+                self._answer_at(time + way_s + self._answer_delay, turn)
+            else:
+                moment(self._env, time + way_s).callbacks.append(partial(self._hear, turn))
+
+    def _hear(self, turn: tuple[int, int, int], _: simpy.Event) -> None:
+        """Amend when an AUV hears its call, when it was predicted to hear it."""
+        call = self._waiting[turn][0]
+        called_at = float(call["called_at_s"])
+        call["call_time_s"] = self._uplink.call_time(call["called_by"], turn[2], called_at)
+        self._answer_at(called_at + float(call["call_time_s"]) + self._answer_delay, turn)
+
+    def _answer_at(self, time: float, turn: tuple[int, int, int]) -> None:
+        moment(self._env, time).callbacks.append(partial(self._answer, turn, time))
+
+    def _answer(self, turn: tuple[int, int, int], time: float, _: simpy.Event) -> None:
+        call = self._waiting.pop(turn)
+        if self._one_way:
+            call["call_time_s"] = nan
+        pings = self._uplink.send(turn[0], turn[1], [turn[2]], time, call)
+        if self._answers is not None:
+            self._answers.expect(turn[:2], pings, int(call["called_by"][0]))
+
+    def close(self) -> None:
+        """End the mission; record the calls that AUVs have not answered by now."""
+        for (round_number, slot, auv), call in self._waiting.items():
+            call["call"] = IN_FLIGHT
+            self._uplink.send(round_number, slot, [auv], float(call["called_at_s"][0]), call)
+
+
+class Slot:
+    """The slot of a ping group: who is in it, what the fleet knows, and what can be done in it.
+
+    `round` and `number` count rounds, and slots in a round; `group` are the AUVs; `view` is what
+    the schedule knew; `random` a stream of the ranging's own.
+    """
+
+    def __init__(
+        self,
+        ranging: "OwnRanging",
+        round_number: int,
+        number: int,
+        group: Sequence[int],
+        view: View,
+    ) -> None:
+        self.round, self.number, self.group, self.view = round_number, number, list(group), view
+        self.random = ranging.random
+        self._ranging, self._members = ranging, frozenset(group)
+        self._calls: set[tuple[int, bytes]] = set()  # whom ASVs have called, and what became of it
+
+    def ping(self, auvs: Sequence[int], time: float, called: Rows = NO_CALL) -> None:
+        """Let AUVs ping now, at an instant (s): on their own clocks, or one by its call (1,)."""
+        self._check(auvs, time)
+        if called is not NO_CALL:
+            self._check_call(auvs, called)
+        if called is NO_CALL or called[0]["call"] == HEARD:  # who hears no call does not ping
+            self._check_silence(auvs, time)
+        self._ranging.uplink.send(self.round, self.number, list(auvs), time, called)
+
+    def call(self, auvs: Sequence[int], asvs: Sequence[int], time: float) -> Any:
+        """Let ASVs call AUVs now, at an instant (s), one for each.
+
+        Return what becomes of the calls, records of :data:`CALLED` (n,); who hears its call,
+        `.call == HEARD`, does so `.call_time_s` (s) later.
+        """
+        self._check(auvs, time)
+        vessels = range(len(self.view.asvs))
+        if len(asvs) != len(auvs) or any(asv not in vessels for asv in asvs):
+            raise ValueError(f"one ASV of 0..{vessels[-1]} calls each AUV; got {list(asvs)}")
+        failed = sorted(set(asvs) & set(self._ranging.uplink.failed(time)))
+        if failed:
+            raise ValueError(f"ASV{failed[0]} has failed by {time:g} s; let another one call")
+        callers = np.array(asvs, dtype=np.int64)
+        answers = self._ranging.uplink.call(list(auvs), callers, time)
+        self._calls |= {(auv, answer.tobytes()) for auv, answer in zip(auvs, answers, strict=True)}
+        return answers.view(np.recarray)
+
+    def _check(self, auvs: Sequence[int], time: float) -> None:
+        """Refuse AUVs that are not in the slot, and instants that are not now."""
+        if len(set(auvs)) != len(auvs) or not self._members.issuperset(auvs):
+            members = sorted(self._members)
+            raise ValueError(f"the AUVs of the slot are {members}, each once; got {list(auvs)}")
+        check_now(self._ranging.env, time, "wait with `yield slot.until(time)`")
+
+    def _check_silence(self, auvs: Sequence[int], time: float) -> None:
+        """Refuse AUVs that ping already, and note until when these do."""
+        busy = self._ranging.pinging_until
+        for auv in auvs:
+            if time < busy.get(auv, 0.0) - SAME:
+                raise ValueError(f"AUV{auv} is still pinging, until {busy[auv]:g} s")
+            busy[auv] = time + self._ranging.uplink.band.duration
+
+    def _check_call(self, auvs: Sequence[int], called: Rows) -> None:
+        """Refuse what is not the call of one AUV, as it was returned."""
+        is_record = getattr(called, "dtype", None) == CALLED and called.shape == (1,)
+        if not is_record or len(auvs) != 1 or (auvs[0], called.tobytes()) not in self._calls:
+            raise ValueError(
+                "called is one record of those that call() returns, as it is, and of the one AUV "
+                "that pings: calls[k : k + 1] for auvs[k]"
+            )
+
+    def until(self, time: float) -> simpy.Event:
+        """Return the event of an instant (s) that is not past."""
+        return event_of(self._ranging.env, time)
+
+
+@dataclass(frozen=True)
+class OwnRanging:
+    """A user-defined ranging, whose steps are checked.
+
+    `pinging_until` is when (s) the last ping of each AUV is over.
+    """
+
+    part: OwnPart
+    env: simpy.Environment
+    uplink: HfBand
+    random: np.random.Generator
+    pinging_until: dict[int, float] = field(default_factory=dict)
+
+    def ping(
+        self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
+    ) -> None:
+        """Let a group have its slot, from an instant (s) on."""
+        here = Slot(self, round_number, slot, group, view)
+        self.env.process(self._steps(here, time))
+
+    def _steps(self, slot: Slot, time: float) -> Generator[simpy.Event, Any, None]:
+        when = f" in slot {slot.number} of round {slot.round}"
+        yield from checked_steps(self.part, self.part(slot, time, when=when), self.env, when)
+
+    def close(self) -> None:
+        """End the mission; what is still to come of its slots is not recorded."""
+
+
+def ranging_of(
+    protocol: Protocol,
+    late: Sequence[float] | None,
+    env: simpy.Environment,
+    uplink: HfBand,
+    streams: Streams,
+    answers: Answers | None = None,
+) -> OneWay | TwoWay | OwnRanging:
+    """Return how pings come about, of AUVs that are so much `late` (s) if not None; `answers` wait
+    for them where AUVs are polled.
+
+    Raises:
+        PluginError: when one's own is not allowed, or cannot be loaded or called.
+    """
+    name = protocol.ranging
+    if protocol.calls:
+        delay, one_way = protocol.turnaround_s, RANGING.declared(name).own_clocks
+        return TwoWay(env, uplink, turnaround=delay, one_way=one_way, answers=answers)
+    if name in RANGING.parts:
+        return OneWay(env, uplink, late)
+    draw = streams.of(Purpose.RANGING)
+    return OwnRanging(own_part(RANGING, name), env, uplink, draw)
+
+
+def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:
+    """Return for each AUV of a group the ASV nearest to where the fleet believes it, shape (n,), of
+    those that have not failed.
+    """
+    callers = np.empty(len(group), dtype=np.int64)
+    auvs, asvs = np.ascontiguousarray(view.auvs), np.ascontiguousarray(view.asvs)
+    choose_callers(auvs, asvs, members(tuple(group)), members(tuple(failed)), callers)
+    return callers
+
+
+@compiled
+def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, callers: Ints) -> None:
+    """Write who calls each AUV of a group (n,), of ASVs that have not `failed`: the nearest one.
+
+    `auvs` (k, 3) and `asvs` (m, 3) are where they are believed to be (m), seen from above here.
+    """
+    works = np.ones(len(asvs), dtype=np.bool_)
+    for asv in failed:
+        works[asv] = False
+    for k in range(len(group)):
+        callers[k], least = 0, inf
+        for asv in range(len(asvs)):
+            ahead = auvs[group[k], 0] - asvs[asv, 0]
+            aside = auvs[group[k], 1] - asvs[asv, 1]
+            square = ahead * ahead + aside * aside
+            if works[asv] and square < least:
+                callers[k], least = asv, square
+
+
+def strayed(site: Site, auvs: VehicleFleet) -> Floats:
+    """Return how far AUVs go between a call and its answer, as far as the fleet knows, (n,), m2.
+
+    That is the variance along any level direction of the way in a ping and a turnaround, at the
+    planned speed on an unknown course: none for those that hold, the fastest leg of a track.  A
+    current adds its own way to that of vehicles that drift with it.
+    """
+    scenario = site.scenario
+    protocol, water = scenario.protocol, scenario.environment
+    drift = 0.0
+    if scenario.auvs.vehicle.has_dynamics:
+        drift = water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2
+    lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
+    return np.asarray((planned_speeds(site, auvs) ** 2 + drift) * lasts**2 / 2)

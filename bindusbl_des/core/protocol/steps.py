@@ -1,0 +1,159 @@
+"""Steps of a mission in time: the event of an instant, and generators that somebody else has
+written, whose mistakes are their own.
+"""
+
+import math
+from collections.abc import Callable, Generator
+from typing import Any, NoReturn
+
+import simpy
+from simpy.events import Condition
+
+from ...support.clock import Clock
+from ...support.plugins import OwnPart
+from ..vehicles.fleet import VehicleFleet
+
+# Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
+SAME = 1e-6
+
+HELD = "a mission runs its events itself: mission.advance(until)"
+
+# What a generator yields that has come to its end.
+_NONE = object()
+
+
+class MissionEnvironment(simpy.Environment):
+    """SimPy's, of a mission, which alone knows what else is due at an instant and goes through it.
+
+    SimPy's would lose all events behind one after nan s: who asks for that is told so.
+    """
+
+    def run(self, until: Any = None) -> NoReturn:
+        """Refuse: who ran events past the mission would leave it at another time than theirs.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError(HELD)
+
+    def step(self) -> NoReturn:
+        """Refuse, as :meth:`run` does.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError(HELD)
+
+    def timeout(self, delay: float = 0.0, value: Any = None) -> simpy.Timeout:
+        """Return the event of an instant so much later (s).
+
+        Raises:
+            ValueError: when that is negative or no number.
+        """
+        if math.isnan(delay):
+            raise ValueError("a wait must last a number of seconds; got nan")
+        return simpy.Timeout(self, delay, value)
+
+    def happen(self, last: float) -> None:
+        """Let everything happen up to an instant (s), that instant included."""
+        queue, step = self._queue, super().step
+        while queue and queue[0][0] <= last:  # `run(until)` may stop beside it by a rounding
+            step()
+
+    def happen_next(self) -> None:
+        """Let the next event happen."""
+        super().step()
+
+    def end(self) -> None:
+        """Have nobody wait any more for what is still to come.
+
+        What waits is a circle (event, process, what that works on, this), which would keep the
+        memory of a mission that nobody has any more until Python looks for circles.
+        """
+        for *_, event in self._queue:
+            for callback in event.callbacks:
+                waited_for = getattr(callback, "__self__", None)
+                if isinstance(waited_for, Condition):  # this event or others, `a | b`
+                    waited_for.callbacks.clear()
+            event.callbacks.clear()
+
+
+def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
+    """Return the event of an instant (s) that is not past."""
+    now = env.now
+    return simpy.Timeout(env, instant - now if instant > now else 0.0)
+
+
+def event_of(env: simpy.Environment, instant: float) -> simpy.Timeout:
+    """Return the event of an instant (s) that is not past, as somebody's own names it.
+
+    Raises:
+        ValueError: when that is no instant.
+    """
+    if not math.isfinite(instant):
+        raise ValueError(f"{instant} s is no instant that can be waited for")
+    return moment(env, instant)
+
+
+def check_now(env: simpy.Environment, time: float, wait: str) -> None:
+    """Refuse an instant (s) that is not now; `wait` says how it is waited for.
+
+    Raises:
+        ValueError: when it is another one, or none.
+    """
+    try:
+        is_now = abs(time - env.now) < SAME
+    except TypeError:
+        kind = type(time).__name__
+        raise ValueError(f"the time must be a number of seconds; got a {kind}: {wait}") from None
+    if not is_now:
+        raise ValueError(f"it is {env.now:g} s, not {time:g} s: {wait}")
+
+
+def some_work(
+    env: simpy.Environment, asvs: VehicleFleet, clock: Clock, time: float
+) -> Generator[simpy.Event, None, float]:
+    """Wait while all ASVs have failed, since nobody begins a round; return the instant then (s)."""
+    starts = asvs.works_from(time)
+    if starts == math.inf:
+        yield env.event()  # which never happens
+    if starts > time:
+        time = clock.after(0.0, starts)
+        yield moment(env, time)
+    return time
+
+
+def checked_steps(
+    part: OwnPart, steps: Any, env: simpy.Environment, when: str | Callable[[], str]
+) -> Generator[simpy.Event, Any, Any]:
+    """Go through the steps of a user-defined part, and return what they return.
+
+    Raises:
+        PluginError: naming key, part and instance (`when`), if they are no generator, raise
+            anything, or yield what is no event of this mission.
+    """
+    now = when() if callable(when) else when
+    if not isinstance(steps, Generator):
+        needed = "it must be a generator function, with `yield`"
+        part.refuse(steps, f"{now}; {needed}", when=now)
+    advance, value = steps.send, None
+    while True:
+        now = when() if callable(when) else when
+        event, ends = part.ask(_advanced, advance, value, when=now)
+        if event is _NONE:
+            return ends
+        if not isinstance(event, simpy.Event) or event.env is not env:
+            needed = "it must be an event, as `yield from` gives"
+            part.refuse(event, f"{now}; {needed}", when=now, verb="yielded")
+        try:
+            advance, value = steps.send, (yield event)
+        except Exception as error:
+            advance, value = steps.throw, error
+
+
+def _advanced(advance: Callable[[Any], Any], value: Any) -> tuple[Any, Any]:
+    """Return the next event of a generator and None, or no event and what it returned."""
+    try:
+        return advance(value), None
+    except StopIteration as end:
+        return _NONE, end.value

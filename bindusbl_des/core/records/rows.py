@@ -1,0 +1,301 @@
+"""What stands in a buffer: numpy records made from the event classes, row by row as things happen.
+
+Numbers stand for the names of vehicles and outcomes.  What has not happened is NaN, or NONE among
+whole numbers.
+"""
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...support.arrays import lengthened
+from ...support.compiled import compiled
+from ...support.packed import Packed
+from .events import (
+    HEARD,
+    LASTING_ERRORS,
+    WORDS,
+    Assignment,
+    AuvFrame,
+    AuvFrameReception,
+    Broadcast,
+    Fix,
+    FixService,
+    FrameReception,
+    ModemLine,
+    Packet,
+    PeerRange,
+    Ping,
+    Reception,
+    Round,
+    Signal,
+    SignalReception,
+)
+from .events import NONE as NONE
+
+Rows = NDArray[np.void]
+Row = Any  # one of them: the type checker knows no fields
+
+
+def row_type(
+    event: type, further: Mapping[str, type] | None = None, without: tuple[str, ...] = ()
+) -> np.dtype[np.void]:
+    """Return the record of an event class: a field for each of its own, then those only missions
+    need.  Fields of text hold numbers.
+
+    >>> row_type(Reception, {"answered_s": float}).names[-2:]
+    ('clock_late_s', 'answered_s')
+    """
+    hints = get_type_hints(event)
+    columns = {
+        field.name: hints[field.name] for field in fields(event) if field.name not in without
+    }
+    return np.dtype([(name, _kind(hint)) for name, hint in {**columns, **(further or {})}.items()])
+
+
+@compiled
+def fix_numbered(fixes: Rows, gnss: Rows, number: int) -> Row:
+    """Return a fix of the buffers `fixes` and `gnss`, by its number: -1 - k is row k of `gnss`."""
+    return fixes[number] if number >= 0 else gnss[-1 - number]
+
+
+def _kind(hint: Any) -> str:
+    if isinstance(hint, types.UnionType):
+        hint = next(arg for arg in get_args(hint) if arg is not type(None))
+    return "f8" if hint is float else "i8"
+
+
+# What became of the call before a ping: when and by whom, its outcome, why, how long under way
+CALLED = np.dtype(
+    [
+        *(("called_at_s", "f8"), ("called_by", "i8")),
+        *(("call", "i8"), ("call_why", "i8"), ("call_time_s", "f8")),
+    ]
+)
+
+PING = row_type(
+    Ping,
+    {
+        "call_time_s": float,  # how long its call was under way; NaN where ranges are one-way
+        "first": int,  # its receptions,
+        "end": int,  # up to but not this one
+        "passed_at_s": float,  # when it has passed all of its ASVs; infinite once that is decided
+        "longest_s": float,  # longest travel time of any ping up to this one
+        "calls": int,  # sounds of calls on record when it was sent
+    },
+)
+
+# What who has heard a ping measured of it: where the array took itself to be (m), the offset from
+# there to the AUV (m) as measured; and what both err by: variances of the range, of the array's own
+# place along each axis (m2), of what turns all directions about the vertical, and of the direction
+# beside that: level, across that, and of both (rad2).  NaN in `range_m2`: it is not known apart
+# from what others measured.  Of an answer to a call the offset is as long as the whole way of both,
+# `range_m2` is the variance of that; where the caller took itself to be (m; NaN: no call),
+# how long before its ping the AUV had heard the call, and whether who has heard the answer called.
+SIGHT = dict.fromkeys(
+    (
+        *("from_x_m", "from_y_m", "from_z_m", "ahead_x_m", "ahead_y_m", "ahead_z_m"),
+        *("range_m2", "from_m2", "turn_rad2", "level_rad2", "steep_rad2", "both_rad2"),
+        *("caller_x_m", "caller_y_m", "caller_z_m", "called_before_s", "is_caller"),
+    ),
+    float,
+)
+
+# How fast (m/s) the ASV of a reception went as it heard, or was heard: where range rates are
+# measured; NaN where none is.
+OWN_WAY = dict.fromkeys(("own_x_m_per_s", "own_y_m_per_s", "own_z_m_per_s"), float)
+
+RECEPTION = row_type(
+    Reception,
+    {
+        "listener": int,  # its number among those who listen
+        "sent_at_s": float,
+        "ended_at_s": float,
+        "loss": float,  # probability that it is lost on its way
+        "slow_range": float,  # slow error of its range, a standard normal; NaN where there is none
+        "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)
+        "bent_s": float,  # how much later it comes than straight on, where rays bend
+        "late_s": float,  # how much later than that it seems to come where echoes blend into it,
+        "lowered": float,  # and by how much more the sine of its depression; NaN where none do
+        **SIGHT,
+        **OWN_WAY,
+    },
+    without=("level_db", "margin_db", "loss_probability", *LASTING_ERRORS),
+)
+
+FRAME_RECEPTION = row_type(
+    FrameReception,
+    {"ended_at_s": float},  # when the end of the frame has come; infinite while it has not
+)
+
+SIGNAL_RECEPTION = row_type(
+    SignalReception,
+    {"vehicle": int},  # who listens, among all vehicles: AUVs come first, then ASVs
+    without=("listener",),
+)
+
+AUV_FRAME_RECEPTION = row_type(
+    AuvFrameReception,
+    {"vehicle": int},
+    without=("listener",),  # among all vehicles, AUVs first
+)
+
+FIX = row_type(
+    Fix,
+    {
+        "first": int,  # the receptions that it may be made of,
+        "end": int,  # up to but not this one
+        "arrives_at_s": float,  # when it reaches its AUV
+        "frame": int,  # the frame that carries it
+        "said_x_m": float,  # what its AUV's filter has taken it for (:mod:`..navigation.turning`),
+        "said_y_m": float,
+        "said_xx_m2": float,  # and the noise of that
+        "said_yy_m2": float,
+        "said_xy_m2": float,
+        "said_polar": int,  # 1: a range and a direction, in which common errors are linear
+    },
+    without=("asvs",),
+)
+
+# A fix as a user-defined navigator is given it: the columns of table `fixes`, and no others.  Texts
+# are texts, vehicles their numbers; what has not happened is NaN, or NONE.
+FIX_IN_WORDS = np.dtype(
+    [(name, "O" if hint is str else _kind(hint)) for name, hint in get_type_hints(Fix).items()]
+)
+
+
+def in_words(fix: Row, receptions: Rows) -> Any:
+    """Return a row of the buffer of fixes as a record array (1,), :data:`FIX_IN_WORDS`."""
+    told = np.recarray(1, FIX_IN_WORDS)
+    for name in {*(FIX_IN_WORDS.names or ())} - {"outcome", "asvs"}:
+        told[name] = fix[name]
+    told["outcome"], told["asvs"] = WORDS[fix["outcome"]], fused(fix, receptions)
+    return told
+
+
+def fused(fix: Row, receptions: Rows) -> str:
+    """Return the ASVs of whose measurements a fix is made, of those that may be its receptions."""
+    own = receptions[fix["first"] : fix["end"]]
+    return " ".join(f"ASV{asv}" for asv in own["asv"][own["outcome"] == HEARD])
+
+
+# What an AUV's navigator has learnt, for its autopilot: the instant of its last correction, the
+# integrals of the heading (s) and dead reckoning (m) up to there, the velocity bias and the current
+# (m/s), stretch and turn of the way, and the bias that wanders (m/s) with its time constant.
+LEARNT = np.dtype(
+    [
+        ("at_s", "f8"),
+        ("cosine_s", "f8"),
+        ("sine_s", "f8"),
+        ("x_m", "f8"),
+        ("y_m", "f8"),
+        ("bias", "f8", (2,)),
+        ("current", "f8", (2,)),
+        ("stretch", "f8"),
+        ("turn", "f8"),
+        ("roaming", "f8", (2,)),
+        ("time_constant_s", "f8"),
+    ]
+)
+
+
+# Rows for which a buffer has room at first; it doubles when it is full.
+ROOM = 2048
+
+
+class EventBuffer:
+    """Records of one kind in one array, which compiled equations write to.
+
+    The array begins with the rows so far and is a new one when it has had to grow.
+    """
+
+    def __init__(self, kind: np.dtype[Any]) -> None:
+        self.array: Rows = np.empty(ROOM, dtype=kind)
+        self.count = 0
+        self._packed: list[tuple[Packed, str]] = []
+
+    def hand_on(self, to: Packed, name: str) -> None:
+        """Keep a field of what compiled code is handed what the array is."""
+        self._packed.append((to, name))
+
+    @property
+    def rows(self) -> Rows:
+        """The rows so far, shape (count,)."""
+        return self.array[: self.count]
+
+    def room_for(self, count: int) -> Rows:
+        """Return the array with room for further rows after the first `self.count`."""
+        if self.count + count > len(self.array):
+            length = len(self.array)
+            while self.count + count > length:
+                length *= 2
+            self.array = lengthened(self.rows, length)
+            for packed, name in self._packed:
+                packed.renew(name, self.array)
+        return self.array
+
+
+class Jacobians:
+    """How fixes, row by row, depend on k errors that outlast them, where such errors are told.
+
+    J along x and y, with its derivatives along x, along y and by each error behind it, and by the
+    way along x and y (m) back to where a call was heard, (n, 2, 4 k + 2); and the covariance
+    xx, yy, xy (n, 3), m2, that is due to neither.
+    """
+
+    def __init__(self, columns: int) -> None:
+        """Have J of k columns."""
+        self.columns = columns
+        self.of, self.left = np.empty((0, 2, 4 * columns + 2)), np.empty((0, 3))
+        self._packed: list[Packed] = []
+
+    def hand_on(self, to: Packed) -> None:
+        """Keep the fields `jacobians` and `left` of what compiled code is handed what both are."""
+        self._packed.append(to)
+
+    def make_room(self, rows: int) -> None:
+        """Have room for so many rows."""
+        if rows > len(self.of):
+            self.of, self.left = lengthened(self.of, rows), lengthened(self.left, rows)
+            for packed in self._packed:
+                packed.renew("jacobians", self.of)
+                packed.renew("left", self.left)
+
+
+@dataclass
+class Recorder:
+    """The event rows of one mission; it is told, it never asks.
+
+    Pings, receptions and fixes are many: they are kept as records (:mod:`.rows`).  Without
+    `everything` receptions out of range are not kept, and of frames only those destroyed.
+    """
+
+    everything: bool = True
+    rounds: list[Round] = field(default_factory=list)
+    pings: EventBuffer = field(default_factory=lambda: EventBuffer(PING))
+    receptions: EventBuffer = field(default_factory=lambda: EventBuffer(RECEPTION))
+    broadcasts: list[Broadcast] = field(default_factory=list)
+    frame_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(FRAME_RECEPTION))
+    assignments: list[Assignment] = field(default_factory=list)
+    signals: list[Signal] = field(default_factory=list)
+    signal_receptions: EventBuffer = field(default_factory=lambda: EventBuffer(SIGNAL_RECEPTION))
+    auv_frames: list[AuvFrame] = field(default_factory=list)
+    auv_frame_receptions: Rows = field(default_factory=lambda: np.empty(0, AUV_FRAME_RECEPTION))
+    packets: list[Packet] = field(default_factory=list)
+    services: list[FixService] = field(default_factory=list)  # of the first so many fixes
+    fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))
+    jacobians: Jacobians = field(default_factory=lambda: Jacobians(0))
+    gnss_fixes: EventBuffer = field(default_factory=lambda: EventBuffer(FIX))  # AUVs' own
+    peer_ranges: list[PeerRange] = field(default_factory=list)
+    modem_lines: list[ModemLine] = field(default_factory=list)
+
+    @property
+    def frames(self) -> list[Broadcast | AuvFrame]:
+        """All frames on MF, of ASVs and AUVs, in the order in which they began."""
+        if not self.auv_frames:
+            return list(self.broadcasts)
+        return sorted([*self.broadcasts, *self.auv_frames], key=lambda frame: frame.sent_at_s)

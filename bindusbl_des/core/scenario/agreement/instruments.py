@@ -1,0 +1,286 @@
+"""What the water and the instruments must agree on: one statement of each, arrays that can tell;
+and how large a mission may be.
+"""
+
+from collections.abc import Iterator, Mapping
+from importlib.util import find_spec
+from typing import Any, TypeVar
+
+from ....support.mistakes import Problem
+from ....support.wording import did_you_mean, plain
+from ..part_choice import PartChoice, mistakes
+from ..scenario_keys import Environment, ScenarioKeys
+from ..sections.usbl import size_m, usbl_values
+from ..site import Site
+
+AnyScenario = TypeVar("AnyScenario", bound=ScenarioKeys)
+
+# The speed of sound (m/s) that is not given
+USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
+
+
+def water_problems(site: Site) -> Iterator[Problem]:
+    """Yield what is wrong with where a scenario is, and with the water there."""
+    yield from _origin(site)
+    yield from _water(site)
+
+
+def _origin(site: Site) -> Iterator[Problem]:
+    given = site.scenario.environment.origin
+    for name, other in (("lat_deg", "lon_deg"), ("lon_deg", "lat_deg")):
+        if getattr(given, name) is not None and getattr(given, other) is None:
+            yield Problem(
+                f"environment.origin.{name}",
+                f"needs {other} as well; add it",
+                (f"environment.origin.{other}",),
+            )
+
+
+def _water(site: Site) -> Iterator[Problem]:
+    water = site.scenario.environment
+    key = "temperature_c" if water.ctd is None else "ctd"
+    if getattr(water, key) is None:
+        return
+    if water.ctd is not None and water.temperature_c is not None:
+        yield Problem(
+            "environment.ctd",
+            "says how warm the water is; remove temperature_c, or the CTD profile",
+            ("environment.temperature_c",),
+        )
+    given, whole = water.model_fields_set, set(type(water).model_fields)
+    speed = water.sound_speed_m_per_s
+    if speed != USUAL_SPEED or ("sound_speed_m_per_s" in given and given != whole):
+        yield Problem(
+            "environment.sound_speed_m_per_s",
+            f"follows from {key}; keep one of them (assumed_sound_speed_m_per_s is what the fleet "
+            "takes it for)",
+            (f"environment.{key}",),
+        )
+    if water.sound_speed_law == "teos10":
+        yield from _teos10(site, key)
+
+
+def _teos10(site: Site, key: str) -> Iterator[Problem]:
+    if (place := site.origin_deg) is None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "teos10 needs to know where that is: set environment.origin, or use mackenzie",
+            (f"environment.{key}", "environment.origin"),
+        )
+    elif find_spec("gsw") is None:
+        yield Problem(
+            "environment.sound_speed_law",
+            "teos10 needs the package gsw (pip install 'bindusbl-des[ocean]'); or use mackenzie",
+            (f"environment.{key}",),
+        )
+    else:
+        from ...sea.water import SOUTHERNMOST_DEG  # brings numpy, as gsw does
+
+        if place[0] < SOUTHERNMOST_DEG:
+            yield Problem(
+                "environment.sound_speed_law",
+                f"teos10 knows no water south of {-SOUTHERNMOST_DEG:g} deg S; use mackenzie",
+                (f"environment.{key}", "environment.origin"),
+            )
+
+
+# What the sheet of an inertial system says with one figure, and what these keys say of nothing
+REPLACED_BY_DRIFT = {
+    "velocity_bias_m_per_s": (0.0, 0.0),
+    "velocity_bias_sd_m_per_s": 0.0,
+    "velocity_bias_time_constant_s": None,
+    "random_walk_m_per_sqrt_s": 0.0,
+}
+
+
+def instruments_problems(site: Site) -> Iterator[Problem]:
+    """Yield what instruments' keys contradict each other in."""
+    yield from _usbl(site)
+    yield from _range_rates(site)
+    yield from _drift(site)
+    yield from _assumed(site.scenario)
+
+
+def _range_rates(site: Site) -> Iterator[Problem]:
+    usbl, asked = site.scenario.usbl, site.scenario.navigation.filter.settings.get("range_rate")
+    if asked is True and usbl.model.is_own:
+        yield Problem(
+            "navigation.filter.range_rate",
+            "needs to know from where ASVs measured, which an instrument of one's own does not "
+            "tell; remove it",
+            ("usbl.model",),
+        )
+    if asked is True and usbl.range_rate_sd_m_per_s is None:
+        yield Problem(
+            "navigation.filter.range_rate",
+            "needs range rates, which nobody measures; set usbl.range_rate_sd_m_per_s, or remove "
+            "it",
+            ("usbl.range_rate_sd_m_per_s",),
+        )
+
+
+def _usbl(site: Site) -> Iterator[Problem]:
+    name, model = site.scenario.usbl.preset, site.scenario.usbl.model
+    if name is not None and model != PartChoice.read(usbl_values(name)["model"], str):
+        yield Problem(
+            "usbl.model",
+            f"is not that of the preset {name}, which says what an arrival measures; keep one of "
+            f"them; got {model.words}",
+            ("usbl.preset",),
+        )
+    array, speed = site.scenario.usbl.array, site.scenario.environment.sound_speed_m_per_s
+    named = array if isinstance(array, str) else "that is given"
+    size, time = size_m(array), site.scenario.usbl.tdoa_sd_s
+    if time * speed > size:
+        yield Problem(
+            "usbl.tdoa_sd_s",
+            f"noise of {time:g} s is {time * speed:.3g} m of sound, more than the "
+            f"{1e3 * size:.0f} mm of the array {named}: no direction could be "
+            f"told; use {0.9 * size / speed:.1e} at most",
+            ("usbl.array", "environment.sound_speed_m_per_s"),
+        )
+
+
+def _drift(site: Site) -> Iterator[Problem]:
+    navigation, drift = site.scenario.navigation, site.scenario.navigation.drift
+    if not drift.is_stated:
+        return
+    stated = "percent_of_distance" if drift.m_per_hour is None else "m_per_hour"
+    if drift.percent_of_distance is not None and drift.m_per_hour is not None:
+        yield Problem(
+            "navigation.drift.m_per_hour",
+            "is another statement of the same as percent_of_distance; keep one of them",
+            ("navigation.drift.percent_of_distance",),
+        )
+    for name, none in REPLACED_BY_DRIFT.items():
+        if (value := getattr(navigation, name)) != none:
+            yield Problem(
+                f"navigation.{name}",
+                f"is replaced by navigation.drift, which says how far dead reckoning goes astray "
+                f"in all; remove it or set it to {plain(none)}; got {plain(value)}",
+                (f"navigation.drift.{stated}",),
+            )
+
+
+# Keys of what lasts in the errors of dead reckoning and of fixes, or in the water: a filter models
+# these, and may take them for something else than they are.
+ASSUMED = {
+    "environment": (
+        *("sound_speed_m_per_s", "assumed_sound_speed_m_per_s", "current_m_per_s"),
+        *("current_variation_m_per_s", "current_variation_time_s"),
+    ),
+    "usbl": (
+        *("misalignment_sd_deg", "gnss_correlated_sd_m", "gnss_time_constant_s"),
+        *("slow_share", "correlation_s"),
+    ),
+    "navigation": (
+        *(*REPLACED_BY_DRIFT, "drift", "scale_factor_sd", "heading_sd_deg"),
+        *("initial_position_sd_m", "clock_offset_sd_s", "clock_drift_sd"),
+    ),
+}
+
+
+def assumed_sections(scenario: ScenarioKeys) -> dict[str, Any]:
+    """Return the data of the sections that a filter takes for something else, as it does."""
+    assumes: Mapping[str, Any] = scenario.navigation.filter.settings.get("assumes", {})
+    return {
+        name: _laid_over(getattr(scenario, name).model_dump(mode="json", exclude_unset=True), keys)
+        for name, keys in assumes.items()
+    }
+
+
+def _laid_over(data: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return data with other values of some keys, those of sections within it by themselves."""
+    return {
+        **data,
+        **{
+            name: _laid_over(data.get(name, {}), value) if isinstance(value, Mapping) else value
+            for name, value in keys.items()
+        },
+    }
+
+
+def _assumed(scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield what a filter cannot assume: what it knows nothing of, and values out of range."""
+    where, assumes = "navigation.filter.assumes", scenario.navigation.filter.settings.get("assumes")
+    if not (isinstance(assumes, Mapping) and scenario.navigation.weighs):
+        return
+    if not all(isinstance(keys, Mapping) for keys in assumes.values()):
+        return  # told as of any setting
+    known = [f"{section}.{name}" for section, names in ASSUMED.items() for name in names]
+    wrong = [
+        f"{section}.{name}"
+        for section, keys in assumes.items()
+        for name in keys
+        if f"{section}.{name}" not in known
+    ]
+    for asked in wrong:
+        hint = did_you_mean(asked, known) or f"; it assumes {', '.join(known)}"
+        yield Problem(f"{where}.{asked}", f"is nothing that a filter assumes{hint}")
+    if wrong:
+        return
+    found = [
+        Problem(f"{where}.{section}.{name}", message)
+        for section, data in assumed_sections(scenario).items()
+        for name, message in mistakes(type(getattr(scenario, section)), data, section)
+    ]
+    yield from found or (
+        problem._replace(key=f"{where}.{problem.key}")
+        for problem in _drift(Site(taken_for(scenario)))
+    )
+
+
+def taken_for(scenario: AnyScenario) -> AnyScenario:
+    """Return the scenario that a filter takes its own for: what the setting `assumes` says in the
+    place of its keys.
+    """
+    chosen = scenario.navigation.filter
+    if not chosen.settings.get("assumes"):
+        return scenario
+    taken = {
+        name: type(getattr(scenario, name)).model_validate(data)
+        for name, data in assumed_sections(scenario).items()
+    }
+    navigation = taken.get("navigation", scenario.navigation)
+    rest = {name: value for name, value in chosen.settings.items() if name != "assumes"}
+    told = navigation.model_copy(update={"filter": PartChoice(str(chosen), rest)})
+    return scenario.model_copy(update={**taken, "navigation": told})
+
+
+# A mission larger than this would exhaust the memory of any workstation.
+LARGEST_SAMPLES = 5e8
+
+# Nothing is sampled more often.
+OFTENEST_HZ = 1e3
+
+
+def sizes_problems(site: Site) -> Iterator[Problem]:
+    """Yield rates at which more samples would be kept than memory holds, or none."""
+    begin, rate = site.scenario.record.metrics_from_s, site.scenario.record.metrics_hz
+    if begin >= site.scenario.duration_s - 1 / rate and begin > 0:
+        left = site.scenario.duration_s - begin
+        if left * OFTENEST_HZ >= 2.0:
+            message = (
+                f"{left:.3g} s are left to judge, and record.metrics_hz takes a sample each "
+                f"{1 / rate:.3g} s; set it to {2.0 / left:.3g}, or begin earlier"
+            )
+        else:
+            message = (
+                f"nothing is left to judge of {site.scenario.duration_s:g} s from {begin:g} s on; "
+                "begin earlier"
+            )
+        yield Problem("record.metrics_from_s", message, ("duration_s", "record.metrics_hz"))
+    vehicles = site.scenario.auvs.count + site.scenario.asvs.count
+    for name, rate in (
+        ("record.metrics_hz", site.scenario.record.metrics_hz),
+        ("record.tracks_hz", site.scenario.record.tracks_hz),
+        ("navigation.imu_rate_hz", site.scenario.navigation.imu_rate_hz),
+    ):
+        samples = site.scenario.duration_s * rate * vehicles
+        if samples > LARGEST_SAMPLES:
+            yield Problem(
+                name,
+                f"{samples:.2g} samples ({site.scenario.duration_s:g} s x {rate:g} Hz x {vehicles} "
+                f"vehicles) exceed {LARGEST_SAMPLES:.0e}; lower rate, duration or fleet",
+                ("duration_s", "auvs.count", "asvs.count"),
+            )

@@ -1,0 +1,349 @@
+"""What surveys, vehicles, their ways and their places must agree on."""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from math import dist
+
+from ....support.mistakes import Problem
+from ...geometry.lanes import SHORTEST_LANE, lane_count
+from ..key_types import Position
+from ..sections.placements import Formation
+from ..sections.survey import SHAPES
+from ..sections.vehicles import Failure
+from ..site import Site
+
+MOST_LANES = 100_000
+
+
+def survey_problems(site: Site) -> Iterator[Problem]:
+    """Yield why a survey cannot be flown as asked for."""
+    shape = list(_shape(site))
+    yield from shape
+    yield from _fleet(site)
+    if not shape:
+        yield from _lanes(site)
+
+
+def _shape(site: Site) -> Iterator[Problem]:
+    """Yield what is wrong with the shape of the survey."""
+    survey, shapes = site.scenario.survey, site.scenario.survey.shapes
+    if len(shapes) != 1:
+        first = shapes[0] if shapes else "side_m"
+        yield Problem(
+            f"survey.{shapes[1] if shapes else first}",
+            f"excludes {first}: either says what the survey is; keep one, and set the other to "
+            "null where it comes from elsewhere"
+            if shapes
+            else f"says of no survey what it is; give one of {', '.join(SHAPES)}",
+            tuple(f"survey.{name}" for name in SHAPES),
+        )
+        return
+    if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
+        yield Problem(
+            "survey.rotation_deg",
+            "turns squares and rectangles; turn the corners of a polygon, and remove it",
+            (f"survey.{shapes[0]}",),
+        )
+    try:
+        _ = site.area
+    except ValueError as error:
+        yield Problem(f"survey.{shapes[0]}", str(error))
+
+
+def _fleet(site: Site) -> Iterator[Problem]:
+    """Yield lists of what each AUV has that do not fit the number of AUVs."""
+    auvs, survey = site.scenario.auvs, site.scenario.survey
+    for name, given, what in (
+        ("survey.depths_m", survey.depths_m, "depth"),
+        ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
+        ("auvs.ping_late_s", auvs.ping_late_s, "time"),
+        ("auvs.launch_m", auvs.launch_m, "[x, y]"),
+        ("auvs.recovery_m", auvs.recovery_m, "[x, y]"),
+    ):
+        alone = what == "[x, y]" and given is not None and len(given) == 1
+        if given is not None and len(given) != auvs.count and not alone:
+            yield Problem(
+                name,
+                f"needs one {what} per AUV{', or one for all' if what == '[x, y]' else ''}: "
+                f"{auvs.count} expected, {len(given)} given",
+                ("auvs.count",),
+            )
+
+
+def _lanes(site: Site) -> Iterator[Problem]:
+    """Yield why the survey cannot be swept in lanes as asked for."""
+    auvs, route = site.scenario.auvs, site.scenario.auvs.route.lanes
+    if route is None:
+        return
+    area, shape = site.area, f"survey.{site.scenario.survey.shapes[0]}"
+    box = area.along(site.lanes_heading_rad).box
+    spacing, across = route.lane_spacing_m, box.y_max - box.y_min
+    if across / spacing > MOST_LANES:
+        yield Problem(
+            "auvs.route.lane_spacing_m",
+            f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
+            (shape, "auvs.route.kind"),
+        )
+    elif route.division == "equal_length" and lane_count(across, spacing) < auvs.count:
+        yield Problem(
+            "auvs.route.division",
+            f"shares {lane_count(across, spacing)} lanes out among {auvs.count} AUVs, of which "
+            f"each needs one; use a spacing of {across / auvs.count:.4g} m or less, fewer AUVs, or "
+            "strips",
+            ("auvs.route.lane_spacing_m", "auvs.count", shape),
+        )
+    margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
+    along = box.x_max - box.x_min
+    if along - 2 * margin < SHORTEST_LANE:
+        yield Problem(
+            f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
+            f"leaves no lane: margins of 2 x {margin:g} m fill the "
+            f"{'side' if area.side else 'length'} of {along:g} m; use a smaller one",
+            (shape, "auvs.route.kind"),
+        )
+    if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
+        yield Problem(
+            "auvs.vehicle.turning_radius_m",
+            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.words}; "
+            f"use at most {area.across / 2:g}",
+            (shape, "auvs.vehicle", "auvs.route.kind"),
+        )
+
+
+def vehicles_problems(site: Site) -> Iterator[Problem]:
+    """Yield vehicles that routes, feedback or currents ask too much of."""
+    auvs, asvs, water = site.scenario.auvs, site.scenario.asvs, site.scenario.environment
+    route = auvs.route
+    if auvs.vehicle.is_steered and (route.is_held or route.is_recorded):
+        yield Problem(
+            "auvs.vehicle",
+            f"{auvs.vehicle} flies paths; with a {route.choice} route use kinematic",
+            ("auvs.route.kind",),
+        )
+    if auvs.feedback == "estimate" and not auvs.vehicle.has_dynamics:
+        yield Problem(
+            "auvs.feedback",
+            f"a {auvs.vehicle} vehicle does not steer; use truth, or vehicle bluerov2 or remus100",
+            ("auvs.vehicle",),
+        )
+    flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
+    feels = auvs.vehicle.is_steered or asvs.vehicle.is_steered
+    if flows and not feels and site.scenario.navigation.velocity == "over_ground":
+        yield Problem(
+            "environment.current_m_per_s",
+            "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
+            "ground, as of AUVs with a DVL that sees the bottom; for these set it to 0, they keep "
+            "their way over ground, or use a vehicle with dynamics (remus100, bluerov2), which "
+            "steers against it; for AUVs whose log measures through the water set "
+            "navigation.velocity to through_water",
+            ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
+        )
+
+
+ORIGIN = ("environment.origin.lat_deg", "environment.origin.lon_deg")
+
+
+def places_problems(site: Site) -> Iterator[Problem]:
+    """Yield what is wrong with the places of a scenario that are given in degrees."""
+    given, corners = list(_in_degrees(site)), site.scenario.survey.corners_deg
+    origin = site.origin_deg
+    if origin is not None:
+        yield from _far([("survey.area", corner) for corner in corners], origin)
+    for key, other, is_double, positions in given:
+        section = key.rpartition(".")[0]
+        if is_double:
+            yield Problem(key, f"excludes {other}; keep one of them", (f"{section}.{other}",))
+        if origin is None:
+            message = "needs environment.origin.lat_deg and lon_deg, where x = y = 0"
+            yield Problem(key, f"{message}; add them", ORIGIN)
+        else:
+            yield from _far(positions, origin)
+
+
+def _in_degrees(
+    site: Site,
+) -> Iterator[tuple[str, str, bool, list[tuple[str, Position]]]]:
+    """Yield each key in degrees, the one in metres beside it, and whether that is given as well;
+    and the positions, each with the key of its own.
+    """
+    route, formation = site.scenario.auvs.route, site.scenario.asvs.formation
+    if route.positions:
+        key, listed = f"auvs.route.{route.places_key}", []
+        for auv, given in enumerate(route.positions):
+            own = f"{key}.{auv}"
+            listed += [(own, given[0])] if route.is_held else _keyed(own, given)
+        yield key, f"{route.PLACES}_m", bool(route.places), listed
+    stations = getattr(formation, "positions_deg", None)
+    if stations is not None:
+        key = "asvs.formation.positions_deg"
+        is_double = getattr(formation, "positions_m", None) is not None
+        yield key, "positions_m", is_double, _keyed(key, stations)
+
+
+def _keyed(key: str, positions: Sequence[Position]) -> list[tuple[str, Position]]:
+    return [(f"{key}.{number}", position) for number, position in enumerate(positions)]
+
+
+def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Problem]:
+    """Yield the first position that is too far away, if there is one."""
+    from ...geometry.geodesy import far_apart_m
+    from ...vehicles.tracks import FARTHEST, too_far
+
+    if not positions:
+        return
+    lat, lon = zip(*(position for _, position in positions), strict=True)
+    is_far = far_apart_m(lat, lon, origin) > FARTHEST
+    if is_far.any():
+        place, position = positions[int(is_far.argmax())]
+        yield Problem(place, too_far(position, origin), ORIGIN)
+
+
+def route_problems(site: Site) -> Iterator[Problem]:
+    """Yield lists of places, ways and files that do not fit the number of AUVs, or are no ways."""
+    auvs, route = site.scenario.auvs, site.scenario.auvs.route
+    for name, each, given in route.miscounted(auvs.count):
+        yield Problem(
+            f"auvs.route.{name}",
+            f"needs one {each} per AUV: {auvs.count} expected, {given} given",
+            ("auvs.count", "auvs.route.kind"),
+        )
+    vehicle = auvs.vehicle
+    if route.surfacing is not None and vehicle.is_steered:
+        yield Problem(
+            "auvs.route.surface_every_s",
+            f"is for AUVs without dynamics: the equations of {vehicle} know no surface, and "
+            "its autopilot would take it above that; use vehicle: kinematic",
+            ("auvs.vehicle",),
+        )
+    if not route.is_flown or (route.positions and site.origin_deg is None):
+        return  # which has been told
+    for number, points in enumerate(site.route.places):
+        if len(points) < 2 or any(dist(a, b) < SHORTEST_LANE for a, b in pairwise(points)):
+            yield Problem(
+                f"auvs.route.{route.places_key}.{number}",
+                f"needs at least two points, those in a row {SHORTEST_LANE:g} m apart or more",
+            )
+
+
+# So many ASVs are placed in a tenth of a second; twice as many take seconds.
+MOST_PLACED = 50
+
+# So many times ASVs may be told where to go; each takes a fifth of a kilobyte.
+MOST_ORDERS = 1e6
+
+
+def formation_problems(site: Site) -> Iterator[Problem]:
+    """Yield what is wrong with ASVs that keep their places, or that move."""
+    placement = site.scenario.asvs.formation
+    if placement.moored is not None:
+        yield from _still(placement.moored, site.scenario.asvs.count)
+    elif placement.moves:
+        yield from _moving(site)
+
+
+def _still(formation: Formation, count: int) -> Iterator[Problem]:
+    degrees = formation.positions_deg
+    name, each = ("positions_m", "[x, y]") if degrees is None else ("positions_deg", "[lat, lon]")
+    places = formation.positions_m if degrees is None else degrees
+    misnamed = formation.misnamed(name)
+    if misnamed:
+        yield Problem("asvs.formation.model", misnamed, (f"asvs.formation.{name}",))
+    if places is not None:
+        if len(places) != count:
+            yield Problem(
+                f"asvs.formation.{name}",
+                f"needs one {each} per ASV: {count} expected, {len(places)} given; or have them "
+                "placed by `asvs.formation: {model: ring}` (--set 'asvs.formation={model: ring}')",
+                ("asvs.count",),
+            )
+        if formation.radius_m is not None or formation.clearance_m or formation.angle_deg:
+            yield Problem(
+                f"asvs.formation.{name}",
+                "excludes radius_m, clearance_m and angle_deg; keep one or the other",
+                tuple(f"asvs.formation.{key}" for key in ("radius_m", "clearance_m", "angle_deg")),
+            )
+    elif formation.radius_m is not None and formation.clearance_m:
+        yield Problem(
+            "asvs.formation.radius_m",
+            "excludes clearance_m (R_f = hf.range_m + clearance_m); keep one of them",
+            ("asvs.formation.clearance_m",),
+        )
+
+
+def _moving(site: Site) -> Iterator[Problem]:
+    asvs, placement = site.scenario.asvs, site.scenario.asvs.formation
+    if asvs.vehicle.is_steered:
+        yield Problem(
+            "asvs.vehicle",
+            f"{asvs.vehicle} keeps a station, and {placement.choice} moves ASVs along straight "
+            "lines; use vehicle moored, or a ring or positions",
+            ("asvs.formation.model",),
+        )
+    for name, each, given in placement.miscounted(asvs.count):
+        yield Problem(
+            f"asvs.formation.{name}",
+            f"needs one {each} per ASV: {asvs.count} expected, {given} given",
+            ("asvs.count", "asvs.formation.model"),
+        )
+    placed = placement.replanned
+    if placed is None:
+        return
+    if asvs.count > MOST_PLACED:
+        yield Problem(
+            "asvs.count",
+            f"{placement.choice} places at most {MOST_PLACED} ASVs; got {asvs.count}; use fewer, "
+            "or a ring or positions",
+            ("asvs.formation.model",),
+        )
+    if placed.MOST_AUVS is not None and site.scenario.auvs.count > placed.MOST_AUVS:
+        yield Problem(
+            "auvs.count",
+            f"at most {placed.MOST_AUVS} AUVs can be followed; got {site.scenario.auvs.count}; use "
+            "assign",
+            ("asvs.formation.model",),
+        )
+    orders = asvs.count * site.scenario.duration_s / placed.replan_s
+    if orders > MOST_ORDERS:
+        yield Problem(
+            "asvs.formation.replan_s",
+            f"{orders:.2g} orders ({asvs.count} ASVs, each {placed.replan_s:g} s for "
+            f"{site.scenario.duration_s:g} s) exceed {MOST_ORDERS:.0e}; raise it",
+            ("duration_s", "asvs.count"),
+        )
+
+
+def no_such_asv(asv: int, count: int) -> str:
+    """Return that there is no such ASV among so many.
+
+    >>> no_such_asv(1, 1)
+    'there is no ASV1: the only one is ASV0'
+    """
+    which = "the only one is ASV0" if count == 1 else f"the last is ASV{count - 1}"
+    return f"there is no ASV{asv}: {which}"
+
+
+def failures_problems(site: Site) -> Iterator[Problem]:
+    """Yield failures that cannot be."""
+    count, given = site.scenario.asvs.count, site.scenario.asvs.failures
+    for number, failure in enumerate(given):
+        key = f"asvs.failures.{number}"
+        if failure.asv >= count:
+            yield Problem(f"{key}.asv", no_such_asv(failure.asv, count), ("asvs.count",))
+        if failure.until_s is not None and failure.until_s <= failure.at_s:
+            problem = (
+                f"must be later than at_s, which is {failure.at_s:g} s; got {failure.until_s:g}"
+            )
+            yield Problem(f"{key}.until_s", problem, (f"{key}.at_s",))
+        for other in range(number):
+            if given[other].asv == failure.asv and _meet(given[other], failure):
+                yield Problem(
+                    f"{key}.at_s",
+                    f"ASV{failure.asv} fails while it has failed already (failure {other}); make "
+                    "one of both",
+                    (f"asvs.failures.{other}",),
+                )
+
+
+def _meet(one: Failure, other: Failure) -> bool:
+    first, second = sorted((one, other), key=lambda failure: failure.at_s)
+    return first.lasts(second.at_s)

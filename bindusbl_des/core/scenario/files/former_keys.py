@@ -1,0 +1,132 @@
+"""Files, options and records in the spelling of former versions: keys that are settings now."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any
+
+from ....support.mistakes import FilePlace, Mistake
+from ....support.plain_data import Path, dotted
+from ....support.plain_yaml import Document
+from ....support.wording import plain
+from ..families import FAMILIES
+from ..key_types import Moved, Section, chosen, moved
+from ..scenario_keys import ScenarioKeys
+
+READ_YET = "the former spelling is read in this version only"
+
+# What every record of a mission held before any key had moved
+OF_OLD = (
+    *(("auvs", "turning_radius_m"), ("navigation", "gain"), ("protocol", "turnaround_s")),
+    ("record", "detail"),
+)
+
+
+@cache
+def _sections() -> dict[str, type[Section]]:
+    found = {name: field.annotation for name, field in ScenarioKeys.model_fields.items()}
+    return {
+        name: kind
+        for name, kind in found.items()
+        if isinstance(kind, type) and issubclass(kind, Section)
+    }
+
+
+def _moved(path: Path) -> Moved | None:
+    """Return which moved key stands at a path; None where there is none."""
+    section = _sections().get(str(path[0])) if len(path) == 2 else None
+    return next((move for move in section.MOVED if move.name == path[1]), None) if section else None
+
+
+def is_former(key: str) -> bool:
+    """Tell whether a dotted key is a setting of a part now."""
+    return _moved(tuple(key.strip().split("."))) is not None
+
+
+def key_now(key: str) -> str:
+    """Return a dotted key as it is spelt now.
+
+    >>> key_now("navigation.gain"), key_now("navigation.filter")
+    ('navigation.filter.gain', 'navigation.filter')
+    """
+    section, _, name = key.partition(".")
+    move = _moved((section, name))
+    return f"{section}.{move.part}.{name}" if move else key
+
+
+def option_now(option: str) -> str:
+    """Return an option ``dotted.key=value`` as it is spelt now."""
+    key, equals, value = option.partition("=")
+    return f"{key_now(key.strip())}{equals}{value}" if is_former(key) else option
+
+
+def path_now(data: Any, path: Path) -> Path:
+    """Return where the value at a path belongs now: at the part chosen in the data of a scenario;
+    the same path where that has no such setting.
+    """
+    move = _moved(path)
+    section = data.get(path[0], {}) if move and isinstance(data, dict) else None
+    if move is None or not isinstance(section, dict):
+        return path
+    part = section.get(move.part, _sections()[str(path[0])].usual(move.part))
+    return (path[0], move.part, move.name) if chosen(part) == move.owner else path
+
+
+def move_keys(document: Document) -> None:
+    """Put moved keys where they belong, with a warning at the line of each; those of parts that are
+    not chosen stay, and are mistakes once the scenario is read.
+    """
+    for name, kind in _sections().items():
+        found: list[Moved] = []
+        for move in kind.MOVED:
+            section = document.data.get(name)
+            if isinstance(section, dict) and move.name in section:
+                try:
+                    document.data[name] = moved(section, move, kind.usual(move.part))
+                except LookupError:
+                    continue
+                found.append(move)
+        for move in found:
+            former, now = (name, move.name), (name, move.part, move.name)
+            place = document.keys.pop(former, FilePlace(document.file))
+            document.keys[now] = place
+            document.values[now] = document.values.pop(former, place)
+            for places in (document.keys, document.values):
+                places.setdefault((name, move.part), place)
+            written = f"{move.part}: {plain(document.data[name][move.part])}"
+            message = f"is a setting of {move.owner} now: write `{written}`; {READ_YET}"
+            document.warnings.append(Mistake.at(place, dotted(former), message))
+
+
+def as_now(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the data of a scenario that the program wrote in the spelling of today.
+
+    It wrote every key, also those of parts that were not chosen: they are left out, as are those
+    that have their defaults.
+    """
+    return {**record, **dict(_as_now(record))}
+
+
+def is_of_old(data: Any) -> bool:
+    """Tell whether a former version of the program wrote the whole data of a scenario."""
+    return isinstance(data, Mapping) and all(
+        isinstance(data.get(section), Mapping) and name in data[section] for section, name in OF_OLD
+    )
+
+
+def _as_now(record: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    models = {family.key: family.settings for family in FAMILIES}
+    for name, kind in _sections().items():
+        section = record.get(name)
+        if not isinstance(section, Mapping):
+            continue
+        for move in kind.MOVED:
+            if move.name not in section:
+                continue
+            usual = models[f"{name}.{move.part}"][move.owner].model_fields[move.name].default
+            rest = {key: value for key, value in section.items() if key != move.name}
+            try:
+                own = moved(section, move, kind.usual(move.part))
+            except LookupError:
+                own = rest
+            section = rest if section[move.name] == usual else own
+        yield name, dict(section)

@@ -1,0 +1,332 @@
+"""Scenarios from YAML files: every mistake at once, each with its place and a remedy.
+
+Files that a scenario names are sought beside it; what is wrong with one is told at its key.
+"""
+
+import copy
+import json
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from pydantic import ValidationError
+
+from ....models.presets.modems import airtime_table
+from ....support.kept_files import FILES, Way, is_own
+from ....support.mistakes import FilePlace, Mistake, Problem, ScenarioError
+from ....support.plain_data import Path, dotted, path_of
+from ....support.plain_yaml import Document, read_text, read_yaml
+from ....support.shipped import located
+from ....support.wording import described, printable
+from ..chosen_parts import load_plugins
+from ..families import ROUTE as ROUTES
+from ..measured import read_measured
+from ..scenario import Scenario, site_of
+from ..sections.placements import AsvTrack
+from ..sections.routes import Track
+from .explanations import ROUTE, Finding, guessed_kind
+from .former_keys import as_now, is_former, is_of_old, move_keys
+from .overrides import override
+
+if TYPE_CHECKING:
+    from ...vehicles.tracks import Track as RecordedTrack
+
+
+class Source(NamedTuple):
+    """Where a scenario stands: its text, what messages call it, where its files are sought.
+
+    `overrides` are laid over it, each as ``dotted.key=value``.
+    """
+
+    text: str
+    name: str = "scenario"
+    folder: FilePath = FilePath()
+    overrides: tuple[str, ...] = ()
+
+    @classmethod
+    def file(cls, path: str | FilePath, overrides: Sequence[str] = ()) -> "Source":
+        """Read a scenario file.
+
+        Raises:
+            ScenarioError: when it cannot be read.
+        """
+        return cls(read_text(path), str(path), FilePath(path).parent, tuple(overrides))
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Source":
+        """Write down what was given of a scenario, as JSON, which is YAML."""
+        given = scenario.model_dump(mode="json", exclude_unset=True)
+        return cls(json.dumps(given, ensure_ascii=False), f"scenario {scenario.name}", FilePath())
+
+    def read(self, allow_plugins: bool = False) -> tuple[Document, Scenario]:
+        """Return its document, which knows where its keys stand, and its scenario.
+
+        Raises:
+            ScenarioError: listing every mistake.
+        """
+        document = read_yaml(self.text, self.name)
+        if not document.mistakes or document.data is not None:
+            _check_root(document)
+        if isinstance(document.data, dict):
+            if is_of_old(document.data):
+                document.data = as_now(document.data)
+            move_keys(document)
+        # Those of former keys come last, once the parts are chosen whose settings they are now.
+        for option in sorted(
+            self.overrides, key=lambda option: is_former(option.partition("=")[0])
+        ):
+            override(document, option)
+        if isinstance(document.data, dict):
+            move_keys(document)
+        scenario = _settled(document, self.folder) if isinstance(document.data, dict) else None
+        if scenario is not None and allow_plugins and not document.mistakes:
+            found = (Problem(error.key, error.message) for error in load_plugins(scenario))
+            _note_contradictions(document, found)
+        if scenario is None or document.mistakes:
+            options = enumerate(self.overrides, 1)
+            order = {printable(self.name): 0} | {
+                printable(f"--set {option}"): n for n, option in options
+            }
+            document.mistakes.sort(
+                key=lambda mistake: (order[mistake.file], mistake.line, mistake.column)
+            )
+            raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
+        return document, scenario
+
+
+def load_scenario(
+    path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
+) -> Scenario:
+    """Read a scenario file, or the scenario of that name that ships, such as ``quickstart``.
+
+    `overrides` are laid over it, each as ``dotted.key=value``.  Files that it names are sought
+    beside it.  Plug-ins that it names (``module:object``) are code of its author's: with
+    `allow_plugins` they are loaded and checked, without it nothing is, and `simulate` refuses.
+
+    Raises:
+        ScenarioError: listing every mistake, when the file cannot be read or used.
+    """
+    path = located(path, ("scenarios",)) if isinstance(path, str) else path
+    document, scenario = Source.file(path, overrides).read(allow_plugins)
+    for warning in document.warnings:
+        warnings.warn(str(warning), FutureWarning, stacklevel=2)
+    return scenario
+
+
+def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False) -> Scenario:
+    """Return the scenario that is given, or that of the file whose path is.
+
+    Raises:
+        PluginError: when a part of one's own that a given scenario names cannot be used.
+        ScenarioError: listing every mistake, when the file cannot be read or used.
+        TypeError: when it is neither, in one line that says what is wanted.
+    """
+    if isinstance(given, Scenario):
+        for mistake in load_plugins(given) if allow_plugins else ():
+            raise mistake
+        return given
+    if isinstance(given, str | FilePath):
+        return load_scenario(given, allow_plugins=allow_plugins)
+    remedy = "; use Scenario.model_validate" if isinstance(given, dict) else ""
+    raise TypeError(
+        f"a mission needs a Scenario or the path of a scenario file; got {described(given)}{remedy}"
+    )
+
+
+def _check_root(document: Document) -> None:
+    place = document.values.get((), FilePlace(document.file, 1, 1))
+    if document.data is None:
+        message = "the file is empty; a scenario needs at least `name: my_mission`"
+        document.mistakes.append(Mistake.at(place, "", message))
+    elif not isinstance(document.data, dict):
+        kind = "a list" if isinstance(document.data, list) else "a single value"
+        message = f"must hold keys and values such as `name: my_mission`; it holds {kind}"
+        document.mistakes.append(Mistake.at(place, "", message))
+
+
+def _settled(document: Document, folder: FilePath) -> Scenario | None:
+    """Validate, set aside what is wrong, and again until nothing is; note every mistake.
+
+    A contradiction that involves a key set aside is not noted: it may vanish with the mistake.
+    """
+    data = copy.deepcopy(document.data)
+    misread = set()
+    for path, message in place_files(data, folder):
+        misread.add(dotted(path))
+        document.mistakes.append(Mistake.at(document.place(path), dotted(path), message))
+    while True:
+        try:
+            scenario = Scenario.model_validate(data)
+            found = (
+                problem for problem in misplaced_tracks(scenario) if problem.key not in misread
+            )
+            _note_contradictions(document, found)
+            _note_contradictions(document, _short_cast(scenario))
+            return scenario
+        except ValidationError as error:
+            details = error.errors(include_url=False)
+        if details[0]["type"] == "inconsistent":
+            problems = details[0]["ctx"]["problems"]
+            _note_contradictions(
+                document, (problem for problem in problems if problem.key not in misread)
+            )
+            return None
+        findings = [detail["ctx"]["finding"] for detail in details]
+        # Unknown keys first: a key that was only misspelt is not missing as well.
+        findings.sort(key=lambda finding: finding.message.startswith("missing"))
+        for finding in findings:
+            if dotted(finding.path) not in misread:
+                _note(document, finding)
+            _set_aside(data, finding.path)
+
+
+def _note(document: Document, finding: Finding) -> None:
+    if finding.path not in document.unsettled or not finding.message.startswith("missing"):
+        place = document.place(finding.path, finding.at_key)
+        document.mistakes.append(Mistake.at(place, dotted(finding.path), finding.message))
+    document.unsettled |= {finding.path, *finding.unsettled}
+
+
+def _set_aside(data: Any, path: Path) -> None:
+    """Take the value at a path out of the data, or put in what stands in for it."""
+    if path == ("name",):
+        data["name"] = "unnamed"
+        return
+    if path == (*ROUTE, "kind"):
+        route = data["auvs"]["route"]
+        route["kind"] = guessed_kind(route)
+        return
+    # A list goes as a whole: without one item it would be blamed for its length.
+    whole = path[: next((n for n, part in enumerate(path) if isinstance(part, int)), len(path))]
+    section = data
+    for part in whole[:-1]:
+        section = section.get(part, {})
+    section.pop(whole[-1], None)
+
+
+def _note_contradictions(document: Document, problems: Iterable[Problem]) -> None:
+    unsettled = {tuple(p for p in path if isinstance(p, str)) for path in document.unsettled}
+    for problem in problems:
+        paths = [path_of(key) for key in (problem.key, *problem.others)]
+        if any(_overlap(path, doubtful) for path in paths for doubtful in unsettled):
+            continue
+        document.mistakes.append(document.mistake(problem))
+
+
+def _overlap(path: Path, other: Path) -> bool:
+    words = tuple(part for part in path if isinstance(part, str))
+    shared = min(len(words), len(other))
+    return words[:shared] == other[:shared]
+
+
+def _short_cast(scenario: Scenario) -> Iterator[Problem]:
+    """Yield that a cast ends above the survey."""
+    if scenario.environment.ctd is None:
+        return
+    from ...sea.water_column import read_cast
+
+    try:
+        read_cast(scenario.environment.ctd)
+    except ValueError:
+        return  # which has been told already
+    try:
+        site_of(scenario).sound_speed_m_per_s  # noqa: B018  # it raises what is wrong
+    except ValueError as error:
+        yield Problem("environment.ctd", str(error), ("survey.depth_m",))
+
+
+def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
+    """Make the names of files absolute in the data of a scenario; yield what is wrong with them."""
+    for way in FILES:
+        section = _section(data, way)
+        if section is None or way[-1] not in section:
+            continue
+        given = section[way[-1]]
+        listed = isinstance(given, list)
+        names = given if listed else [given]
+        for number, name in enumerate(names):
+            if isinstance(name, str) and "\0" not in name:
+                names[number] = str((folder / name).resolve())
+                problem = _problem(names[number], way, section)
+                if problem:
+                    yield ((*way, number) if listed else way), problem
+        section[way[-1]] = names if listed else names[0]
+
+
+def _section(data: Any, way: Way) -> dict[str, Any] | None:
+    """Return the mapping in which a way ends, None where there is none."""
+    for name in way[:-1]:
+        data = data.get(name) if isinstance(data, dict) else None
+    return data if isinstance(data, dict) and not is_own(data) else None
+
+
+def _problem(file: str, way: Way, section: Mapping[str, Any]) -> str:
+    if not FilePath(file).is_file():
+        if FilePath(file).exists():
+            return f"is no regular file: {file}; save it to one"
+        return f"no such file: {file}; files are sought beside the scenario file"
+    kind = ROUTES.traits.get(str(section.get("kind")))
+    read = READERS.get(way) if kind is None or kind.is_recorded else None
+    try:
+        if read is not None:
+            read(file)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
+def _check_track(file: str) -> None:
+    from ....models.charts.recordings import (
+        check_tracks,  # brings numpy, which other routes do not need
+    )
+
+    check_tracks(file)
+
+
+def _check_cast(file: str) -> None:
+    from ...sea.water_column import read_cast
+
+    read_cast(file)
+
+
+# How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
+# Other files are read when the scenario is made.
+READERS: Mapping[Way, Callable[[str], object]] = {
+    ("auvs", "route", "files"): _check_track,
+    ("asvs", "formation", "files"): _check_track,
+    ("environment", "ctd"): _check_cast,
+    ("acoustics", "hf", "channel", "file"): read_measured,
+    ("acoustics", "mf", "channel", "file"): read_measured,
+    ("acoustics", "mf", "airtimes"): airtime_table,
+}
+
+
+def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
+    """Yield which tracks begin after the mission's end, or have ended before its start."""
+    route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    site, lasts = site_of(scenario), scenario.duration_s
+    if route is not None:
+        yield from _misplaced("auvs.route", route, site.auv_track, lasts)
+    if placement is not None:
+        yield from _misplaced("asvs.formation", placement, site.asv_track, lasts)
+
+
+def _misplaced(
+    section: str,
+    asked: Track | AsvTrack,
+    read: "Callable[[int], RecordedTrack]",
+    lasts: float,
+) -> Iterator[Problem]:
+    from ...vehicles.tracks import misplaced
+
+    behind, tracks = ("duration_s", f"{section}.time_offset_s"), []
+    for number in range(len(asked.files)):
+        try:
+            tracks.append(read(number))
+        except ValueError as error:
+            yield Problem(f"{section}.files.{number}", str(error), behind)
+    if len(tracks) < len(asked.files):
+        return
+    for number, message in misplaced(tracks, asked.time_offset_s, lasts, section):
+        yield Problem(f"{section}.files.{number}", message, behind)

@@ -1,0 +1,213 @@
+"""What a scenario's keys are made of: strict numbers and texts; and former names and places.
+
+A key that is a setting of one part now is still read at its former place, which its section names
+in `MOVED`: in a file by :mod:`.files.former_keys`, at its line and with a warning, before anything
+is read from it; in Python by the section itself.
+"""
+
+import warnings
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    Strict,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from ...models.presets.catalogue import preset
+from ...support.plain_data import PRINTABLE
+from ...support.wording import plain
+
+PAPER = "BIND-USBL paper"
+THESIS = "Nitsch 2024, USBL-Simulator"
+OURS = "this package"
+
+Real = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+Whole = Annotated[int, Strict()]
+Text = Annotated[str, Strict(), Field(pattern=PRINTABLE)]
+Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
+Point = tuple[Coordinate, Coordinate]
+Latitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-90, le=90)]
+Longitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-180, le=180)]
+Position = tuple[Latitude, Longitude]
+
+
+def known_preset(kind: str, name: str) -> str:
+    """Refuse a name that no preset of a kind has."""
+    try:
+        return preset(kind, name).name
+    except ValueError as error:
+        raise PydanticCustomError(kind, "{text}", {"text": str(error)}) from None
+
+
+class Part(BaseModel):
+    """A frozen part of a scenario; a key that is not listed is a mistake, never ignored."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_numpy(cls, data: Any) -> Any:
+        """Take numbers and arrays of numpy's for those of Python's, which alone are valid."""
+        if not isinstance(data, dict) or not any(
+            hasattr(value, "tolist") for value in data.values()
+        ):
+            return data
+        return {
+            k: value.tolist() if hasattr(value, "tolist") else value for k, value in data.items()
+        }
+
+    def otherwise(self, **values: Any) -> None:
+        """Give keys that were left out another default than their own, as other keys ask for it.
+
+        They stay keys that nobody has given, so that a scenario that is written out and read again
+        says the same, and one that is changed forgets them.
+        """
+        self.__dict__.update(
+            {name: value for name, value in values.items() if name not in self.model_fields_set}
+        )
+
+
+def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any) -> Any:
+    """Describe one scenario key: its default, unit, meaning, source and allowed range."""
+    return Field(
+        default=default,
+        description=meaning,
+        json_schema_extra={"unit": unit, "source": source},
+        **bounds,
+    )
+
+
+class Renamed(str):
+    """A word of a scenario that was given by its former name, which `written` remembers.
+
+    It equals the word it stands for, and is kept and fingerprinted as that.
+
+    >>> Renamed("last_fix", "estimate") == "last_fix", Renamed("last_fix", "estimate").written
+    (True, 'estimate')
+    """
+
+    written: str
+
+    def __new__(cls, name: str, written: str) -> "Renamed":
+        word = super().__new__(cls, name)
+        word.written = written
+        return word
+
+    def __reduce__(self) -> "tuple[type[Renamed], tuple[str, str]]":
+        return Renamed, (str(self), self.written)
+
+
+def formerly(**names: str) -> WrapValidator:
+    """Return what lets a key be given by former names of its words as well: old name = new name."""
+
+    def read(value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+        if isinstance(value, str) and value in names:
+            return Renamed(validate(names[value]), value)
+        return value if isinstance(value, Renamed) else validate(value)
+
+    return WrapValidator(read)
+
+
+class Moved(NamedTuple):
+    """A key that has become a setting, of the same name, of the part `owner` at the key `part`."""
+
+    name: str
+    part: str
+    owner: str
+
+
+def moved(data: Mapping[str, Any], move: Moved, usual: str) -> dict[str, Any]:
+    """Return the data of a section with a key that it holds where this belongs now.
+
+    `usual` is the part of a section that names none.
+
+    Raises:
+        LookupError: when the part chosen has no such setting, or has it already; with the remedy.
+    """
+    part = data.get(move.part, usual)
+    if chosen(part) != move.owner:
+        raise LookupError(
+            f"is a setting of the {move.part} {move.owner}, and {move.part} is "
+            f"{plain(chosen(part))}; remove it, or write `{move.part}: "
+            f"{{model: {move.owner}, {move.name}: {plain(data[move.name])}}}`"
+        )
+    settings = _settings_of(part)
+    if move.name in settings:
+        raise LookupError(f"is given twice, as {move.part}.{move.name} as well; remove this one")
+    rest = {key: value for key, value in data.items() if key != move.name}
+    return {**rest, move.part: {"model": move.owner, **settings, move.name: data[move.name]}}
+
+
+def chosen(part: Any) -> str:
+    """Return the name of the part that a value asks for, as plain data or as an object."""
+    name = part.get("model") if isinstance(part, Mapping) else getattr(part, "model", part)
+    return str(name)
+
+
+def _settings_of(part: Any) -> dict[str, Any]:
+    """Return the settings that a value gives a part, as plain data or as an object."""
+    plain_part = part if isinstance(part, Mapping) else getattr(part, "plain", dict)()
+    given = plain_part if isinstance(plain_part, Mapping) else {}
+    return {name: value for name, value in given.items() if name != "model"}
+
+
+class Section(Part):
+    """A section of which keys have become settings of the parts that it names."""
+
+    MOVED: ClassVar[tuple[Moved, ...]] = ()
+
+    @classmethod
+    def usual(cls, part: str) -> str:
+        """Return the name of the part at one of its keys where none is given."""
+        return chosen(cls.model_fields[part].default)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _moved(cls, data: Any) -> Any:
+        for move in cls.MOVED:
+            if isinstance(data, dict) and move.name in data:
+                try:
+                    data = moved(data, move, cls.usual(move.part))
+                except LookupError as error:
+                    context = {"text": str(error), "key": move.name}
+                    raise PydanticCustomError("moved", "{text}", context) from None
+                warnings.warn(
+                    f"{move.name} is a setting of the {move.part} {move.owner} now: write "
+                    f"{{{move.part!r}: {data[move.part]}}}; its former place is read in this "
+                    "version",
+                    FutureWarning,
+                    stacklevel=2,
+                )
+        return data
+
+
+def which_tracks(whose: str) -> Any:
+    """Return the key that names the tracks of vehicles in files that hold several."""
+    return key(
+        (),
+        "",
+        f"per {whose} which track of its file, where that holds several: a vehicle of a CSV, the "
+        "name of a GPX track, the topic of an MCAP",
+    )
+
+
+# Where instants of files count from
+TIME_OFFSET_S = key(
+    0.0,
+    "s",
+    "subtracted from the time_s of the files, such as the Unix time of the mission's start",
+    ge=-1e12,
+    le=1e12,
+)
+
+
+def sources(files: tuple[str, ...], tracks: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Return files of tracks, and which of the tracks in each is meant, "" for its only one."""
+    return list(zip(files, tracks or ("",) * len(files), strict=False))

@@ -1,0 +1,257 @@
+"""The scenario of a mission: keys that agree with each other.
+
+What two or more keys have to agree on is told by subject, in the modules of `agreement`.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import wraps
+from html import escape
+from operator import is_
+from typing import TYPE_CHECKING, Any, Literal, Required, TypedDict, TypeVar, Unpack
+
+from pydantic import ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from ...models.presets.catalogue import CATALOGUE
+from ...support.mistakes import Problem
+from ...support.plain_data import leaves
+from ...support.plugins import is_plugin
+from ...support.wording import did_you_mean, plain, shortened
+from .agreement.instruments import instruments_problems, sizes_problems, water_problems
+from .agreement.protocol import (
+    acoustics_problems,
+    modems_problems,
+    peers_problems,
+    protocol_problems,
+    telling_problems,
+)
+from .agreement.vehicles import (
+    failures_problems,
+    formation_problems,
+    places_problems,
+    route_problems,
+    survey_problems,
+    vehicles_problems,
+)
+from .chosen_parts import loaded_parts, parts_of
+from .part_choice import shipped_mistakes
+from .scenario_keys import Environment, Modems, Record, ScenarioKeys, Traffic
+from .sections.acoustics import Acoustics
+from .sections.navigation import Navigation
+from .sections.protocol import Protocol
+from .sections.survey import SURVEY, Survey, SurveyEnd
+from .sections.usbl import UsblSection
+from .sections.vehicles import Asvs, Auvs
+from .site import Site
+
+Keys = Mapping[str, Any]
+
+
+class GivenKeys(TypedDict, total=False):
+    """The keys of a scenario as Python gives them: a section may be plain data, as in a file."""
+
+    name: Required[str]
+    duration_s: float | Literal["survey"]
+    survey: Survey | Keys
+    auvs: Auvs | Keys
+    asvs: Asvs | Keys
+    environment: Environment | Keys
+    acoustics: Acoustics | Keys
+    protocol: Protocol | Keys
+    usbl: UsblSection | Keys
+    navigation: Navigation | Keys
+    traffic: Traffic | Keys | None
+    modems: Modems | Keys | None
+    record: Record | Keys
+
+
+class Scenario(ScenarioKeys):
+    """One mission of ASVs and AUVs: everything that decides it but the seed.
+
+    Made of the keys of a scenario file: ``Scenario(name="m", asvs={"count": 2})``, or
+    ``Scenario.model_validate({...})``; ``scenario.model_dump()`` gives them back, all of them.  It
+    cannot be changed.
+
+    Raises:
+        ValidationError: listing every mistake, a ValueError of pydantic's.
+    """
+
+    def __new__(cls, *given: object, **_: object) -> "Scenario":
+        """Say what is wanted where a path or a mapping is given."""
+        if given:
+            raise TypeError(
+                "a Scenario is made of keys: Scenario(name=...); load_scenario(path) reads a file, "
+                "Scenario.model_validate({...}) takes a mapping"
+            )
+        return super().__new__(cls)
+
+    if TYPE_CHECKING:  # who goes by the fields of a model would ask for sections already made
+
+        def __init__(self, **keys: Unpack[GivenKeys]) -> None: ...
+
+    def __repr__(self) -> str:
+        return (
+            f"<Scenario {self.name}: {self.auvs.count} AUVs, {self.asvs.count} ASVs, "
+            f"{site_of(self).area.words}, {self.duration_s:g} s>"
+        )
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """Return what differs from the defaults, as notebooks show it."""
+        usual = dict(leaves(Scenario(name=self.name).model_dump(mode="json")))
+        own = leaves(self.model_dump(mode="json"))
+        lines = [
+            f"{key}: {shortened(plain(value))}"
+            for key, value in own
+            if usual.get(key, ...) != value
+        ]
+        text = "\n".join(lines) or "every key has its default"
+        return f"<p>{escape(repr(self))}</p><pre>{escape(text)}</pre>"
+
+    @property
+    def ends_with_survey(self) -> bool:
+        """Whether the mission lasts until all AUVs have flown their lanes."""
+        return isinstance(self.duration_s, SurveyEnd)
+
+    @property
+    def has_signals(self) -> bool:
+        """Whether vehicles may send signals beside pings: by a program of access, to peers, or what
+        hosts of modems ask for.
+        """
+        return self.protocol.signals or self.has_peers or self.modems is not None
+
+    @property
+    def has_peers(self) -> bool:
+        """Whether AUVs range each other; a single one has no peers."""
+        return self.navigation.peers is not None and self.auvs.count > 1
+
+    @property
+    def plugins(self) -> dict[str, str]:
+        """The user-defined parts that it names (``module:object``), by key."""
+        return {family.key: str(name) for family, name in parts_of(self) if is_plugin(name)}
+
+    @property
+    def leave(self) -> str:
+        """What a command that runs it needs behind it, so that its plug-ins are loaded."""
+        return " --allow-plugins" if self.plugins else ""
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _told_in_words(
+        cls, data: Any, validate: ModelWrapValidatorHandler["Scenario"]
+    ) -> "Scenario":
+        try:
+            return validate(data)
+        except ValidationError as error:
+            from .files.explanations import in_words  # which only mistakes need
+
+            raise in_words(error, data) from None
+
+    @model_validator(mode="after")
+    def _consistent(self) -> "Scenario":
+        site = site_of(self)
+        found = problems(site)
+        if not found and self.ends_with_survey:
+            found = _ended(site)
+        if found:
+            text = "\n".join(f"{problem.key}: {problem.message}" for problem in found)
+            raise PydanticCustomError("inconsistent", "{text}", {"text": text, "problems": found})
+        return self
+
+
+Ground = TypeVar("Ground", bound=Site)
+
+
+def kept(derive: Callable[[Scenario], Ground]) -> Callable[[Scenario], Ground]:
+    """Return a function that keeps the last facts made until it is asked about another scenario.
+
+    That is another object (to compare two takes as long as most facts), or one whose user-defined
+    parts were defined anew meanwhile, as in a notebook.
+    """
+    last: tuple[tuple[object, ...], Ground] | None = None
+
+    @wraps(derive)
+    def answered(scenario: Scenario) -> Ground:
+        nonlocal last
+        of = (scenario, *loaded_parts(scenario))
+        found = last  # other threads may ask about others
+        if found is None or not all(map(is_, of, found[0])):
+            found = last = of, derive(scenario)
+        return found[1]
+
+    return answered
+
+
+@kept
+def site_of(scenario: Scenario) -> Site:
+    """Return what the keys of a scenario mean, as far as no seed and no sound matter."""
+    return Site(scenario)
+
+
+def _ended(site: Site) -> list[Problem]:
+    """Work out when the survey of a mission ends, and with it the mission; or say why not."""
+    scenario = site.scenario
+    if not scenario.auvs.route.is_flown:
+        message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
+        return [Problem("duration_s", message, ("auvs.route.kind",))]
+    try:
+        end = site.survey_end_s
+    except ValueError as error:
+        key, _, message = str(error).partition(": ")
+        if key in (known for known, _ in leaves(scenario.model_dump())):  # who cannot fly it
+            return [Problem(key, message, ("auvs.vehicle",))]
+        return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
+    scenario.__dict__["duration_s"] = end
+    return problems(site)  # more of which can be told once it is known
+
+
+def problems(site: Site) -> list[Problem]:
+    """Return every contradiction: dotted key, rule, value and remedy."""
+    return [found for subject in SUBJECTS for found in subject(site)]
+
+
+def _parts_problems(site: Site) -> Iterator[Problem]:
+    """Yield names of parts that there are not, and wrong settings of those that ship."""
+    for family, name in parts_of(site.scenario):
+        if name in family.siblings:
+            for setting, message in shipped_mistakes(family, name):
+                yield Problem(f"{family.key}.{setting}", message)
+        elif not (family.is_open and is_plugin(name)):
+            own = ", or your own as module:object" if family.is_open else ""
+            yield Problem(
+                family.key,
+                f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
+                f"{', '.join(family.siblings)}{own})"
+                f"{_preset(family.key, name)}",
+            )
+
+
+def _preset(key: str, name: str) -> str:
+    """Return where a preset belongs that is named in a part's place; "" for what is none."""
+    section, _, _ = key.rpartition(".")
+    kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
+    is_there = section.startswith(("usbl", "acoustics")) and any(
+        name == entry.name for entry in CATALOGUE[kind]
+    )
+    return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""
+
+
+# Each yields what keys of its subject contradict, in the order in which they are told.
+SUBJECTS = (
+    survey_problems,
+    vehicles_problems,
+    water_problems,
+    places_problems,
+    route_problems,
+    formation_problems,
+    failures_problems,
+    _parts_problems,
+    protocol_problems,
+    peers_problems,
+    modems_problems,
+    telling_problems,
+    acoustics_problems,
+    instruments_problems,
+    sizes_problems,
+)

@@ -1,0 +1,160 @@
+"""All keys of a scenario, section by section, and how a contradiction between them is told.
+
+A mission as its planner describes it: frozen, validated, units in the key names.  It is plain data
+and knows nothing of files, clocks or random numbers: the same scenario run with the same seed is
+the same mission.
+"""
+
+from typing import Any, Literal
+
+from pydantic import Field, field_validator
+
+from ...support.plain_data import LONGEST_NAME
+from .key_types import (
+    PAPER,
+    Part,
+    Real,
+    Text,
+    Whole,
+    key,
+)
+from .sections.acoustics import Acoustics
+from .sections.navigation import Navigation
+from .sections.protocol import Protocol
+from .sections.survey import Duration, Survey
+from .sections.usbl import UsblSection
+from .sections.vehicles import Asvs, Auvs
+
+
+class Origin(Part):
+    """Where on Earth x = y = 0 (WGS-84); +x is north there, +y east."""
+
+    lat_deg: Real | None = key(
+        None,
+        "deg",
+        "latitude where x = y = 0, for places in degrees and exports; null = nowhere",
+        ge=-90,
+        le=90,
+    )
+    lon_deg: Real | None = key(
+        None, "deg", "longitude where x = y = 0, positive to the east", ge=-180, le=180
+    )
+
+    @property
+    def coordinates(self) -> tuple[float, float] | None:
+        """Latitude and longitude (deg), None for a survey that is nowhere in particular."""
+        if self.lat_deg is None or self.lon_deg is None:
+            return None
+        return self.lat_deg, self.lon_deg
+
+
+class Environment(Part):
+    """The water: how fast sound travels in it, how it moves, and where it is."""
+
+    sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
+    temperature_c: Real | None = key(
+        None,
+        "degC",
+        "temperature of the water, from which the speed of sound follows; null = that is given",
+        ge=-10,
+        le=50,
+    )
+    salinity_psu: Real = key(35.0, "psu", "salinity of the water, with temperature_c", ge=0, le=60)
+    ctd: Text | None = key(
+        None,
+        "",
+        "CSV of a CTD profile, from which the speed of sound follows: depth_m with temperature_c "
+        "and salinity_psu, or with sound_speed_m_per_s",
+    )
+    sound_speed_law: Literal["mackenzie", "medwin", "teos10"] = key(
+        "mackenzie",
+        "",
+        "law by which it follows; teos10 needs origin, and the package gsw",
+        "Mackenzie 1981, Medwin 1975, TEOS-10",
+    )
+    assumed_sound_speed_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "speed of sound that ranges, directions and slots are worked out with; null = the true one",
+        ge=1300,
+        le=1700,
+    )
+    current_m_per_s: Real = key(0.0, "m/s", "speed of the uniform current", ge=0, le=10)
+    current_variation_m_per_s: Real = key(
+        0.0, "m/s", "standard deviation of the current's slow variation per axis", ge=0, le=10
+    )
+    current_variation_time_s: Real = key(
+        600.0, "s", "time constant of that variation (Gauss-Markov)", ge=1, le=1e6
+    )
+    current_direction_deg: Real = key(
+        0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
+    )
+    origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
+
+    @field_validator("origin", mode="before")
+    @classmethod
+    def _nowhere(cls, origin: Any) -> Any:
+        """Read `origin: null` as no origin."""
+        return {} if origin is None else origin
+
+
+class Traffic(Part):
+    """Data that AUVs send to the vessels beside their pings."""
+
+    bytes: Whole = key(64, "B", "size of a packet", ge=1, le=65_535)
+    every_s: Real = key(
+        20.0, "s", "time, or mean time, between packets of an AUV", ge=0.001, le=1e6
+    )
+    arrivals: Literal["periodic", "poisson"] = key(
+        "periodic", "", "packets are made at multiples of every_s from 0 on, or at Poisson instants"
+    )
+
+
+class Modems(Part):
+    """Modems of all vehicles, whose hosts say what they send (`live --to seatrac:...`)."""
+
+    make: Literal["seatrac", "evologics"] = key("seatrac", "", "whose modems they are")
+    lines: Text | None = key(
+        None, "", "file of what hosts said: a result's table `modem_lines` (.parquet), or CSV with "
+        "time_s, vehicle, line; null: nothing but what a live session hears",
+    )  # fmt: skip
+
+
+class Record(Part):
+    """What is kept of a mission."""
+
+    tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", ge=1e-6, le=1e3)
+    metrics_hz: Real = key(
+        6.0, "Hz", "rate at which time means are sampled (the paper: 30)", ge=1e-6, le=1e3
+    )
+    metrics_from_s: Real = key(
+        0.0, "s", "instant from which metrics of errors, pings and fixes are taken", ge=0
+    )
+    detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
+
+
+class ScenarioKeys(Part):
+    """All keys of a scenario, each within its range; :class:`.scenario.Scenario` has them agree."""
+
+    name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
+    duration_s: Duration = key(
+        300.0, "s", "length of the mission; `survey`: until all AUVs have flown their lanes", PAPER
+    )
+    survey: Survey = Field(default=Survey(), description="the survey area")
+    auvs: Auvs = Field(default=Auvs(), description="underwater vehicles")
+    asvs: Asvs = Field(default=Asvs(), description="surface vessels")
+    environment: Environment = Field(default=Environment(), description="the water")
+    acoustics: Acoustics = Field(default=Acoustics(), description="acoustic bands")
+    protocol: Protocol = Field(default=Protocol(), description="medium access")
+    usbl: UsblSection = Field(default=UsblSection(), description="USBL measurement")
+    navigation: Navigation = Field(default=Navigation(), description="AUV navigation")
+    traffic: Traffic | None = Field(
+        default=None,
+        description="data packets of AUVs, each behind a ping; null, unless one of its keys is "
+        "given = AUVs have none",
+    )
+    modems: Modems | None = Field(
+        default=None,
+        description="modems on a wire; null, unless one of its keys is given = vehicles have none",
+    )
+    record: Record = Field(default=Record(), description="what is recorded")

@@ -1,0 +1,315 @@
+"""The keys of the protocol: who pings when, who answers how, and what the clock is."""
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from ....support.wording import described
+from ..families import (
+    ACCESS,
+    BY_SCHEDULE,
+    DOWNLINK,
+    KNOWLEDGE,
+    RANGING,
+    SCHEDULE,
+    AnswerSettings,
+    DisseminationSettings,
+    ScheduleTraits,
+)
+from ..key_types import PAPER, Moved, Part, Real, Section, Whole, formerly, key
+from ..part_choice import SET, PartChoice, settings_with
+
+MOST_REPEATS, MOST_AUVS = 1000, 10_000
+
+UNTIL_ACKNOWLEDGED = "until_acknowledged"
+
+
+NUMBERS = {"type": "integer", "minimum": 0}
+REPEATS = {"anyOf": [{**NUMBERS, "maximum": MOST_REPEATS}, {"enum": ["none", UNTIL_ACKNOWLEDGED]}]}
+RELAYING = {
+    "anyOf": [
+        {"type": "array", "items": {**NUMBERS, "maximum": MOST_AUVS}, "minItems": 1},
+        {"const": "all"},
+    ]
+}
+
+
+def _is_count(value: Any, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
+
+
+def _repeats(value: Any) -> Any:
+    if value in ("none", UNTIL_ACKNOWLEDGED) or _is_count(value, MOST_REPEATS):
+        return value
+    text = (
+        f"must be none, {UNTIL_ACKNOWLEDGED}, or how many more times (0 to {MOST_REPEATS}); "
+        f"got {described(value)}"
+    )
+    raise PydanticCustomError("part", "{text}", {"text": text})
+
+
+def _relaying(value: Any) -> Any:
+    if value == "all" or (
+        isinstance(value, list | tuple)
+        and value
+        and all(_is_count(auv, MOST_AUVS) for auv in value)
+        and len(set(value)) == len(value)
+    ):
+        return value
+    text = f"must be all, or a list of AUVs by number, each once, as [0, 2]; got {described(value)}"
+    raise PydanticCustomError("part", "{text}", {"text": text})
+
+
+class RelaySection(Part):
+    """AUVs that forward frames of fixes: which, and over how many hops."""
+
+    hops: Whole = key(
+        1, "1", "how often a frame is forwarded on its way, one AUV after the other", ge=1, le=4
+    )
+    who: Annotated[
+        tuple[int, ...] | Literal["all"], BeforeValidator(_relaying), WithJsonSchema(RELAYING)
+    ] = key("all", "", "AUVs that forward: all, or a list of their numbers")
+
+
+class Protocol(Section):
+    """Who pings when, who answers how, and what the clock is."""
+
+    MOVED: ClassVar = (
+        Moved("reply", "downlink", "direct_reply"),
+        Moved("reply_at", "downlink", "direct_reply"),
+        Moved("turnaround_s", "ranging", "twtt"),
+        Moved("missed", "knowledge", "broadcast"),
+        Moved("assignment_bytes", "knowledge", "broadcast"),
+    )
+
+    schedule: PartChoice = key("spatial_reuse", "", "which AUVs ping in which slot" + SET, PAPER)
+    access: PartChoice = key(
+        "scheduled",
+        "",
+        "by which program each AUV pings as it likes, in place of a schedule's slots" + SET,
+    )
+    downlink: PartChoice = key("sequential", "", "when fixes are broadcast" + SET, PAPER)
+    broadcaster: PartChoice = key("rotate", "", "which ASV broadcasts a round's fixes" + SET)
+    ranging: PartChoice = key(
+        "owtt_sync",
+        "",
+        "one-way (synchronised clocks) or two-way travel times of AUVs' pings, or AUVs that fix "
+        "themselves by ASVs' pings (passive; the array and AHRS of usbl are theirs)" + SET,
+    )
+    positions: Annotated[
+        Literal["truth", "last_fix", "carried_forward"], formerly(estimate="last_fix")
+    ] = key(
+        "truth",
+        "",
+        "the AUV positions that the colouring knows: true ones, the last fix of each, or that fix "
+        "carried on by planned course and speed",
+        PAPER,
+    )
+    conflict_margin_m: Real = key(
+        0.0,
+        "m",
+        "AUVs believed within HF range and so much more of an ASV count as heard by it when slots "
+        "are given; `bindusbl-des verify` says how much it takes",
+        ge=0,
+        le=1e6,
+    )
+    knowledge: PartChoice = key(
+        "shared",
+        "",
+        "who knows the slots of a round: everybody at once, or AUVs that have decoded the frame "
+        "which names them (broadcast; the fleet then knows AUVs by their fixes alone)" + SET,
+        PAPER,
+    )
+    contention_chance: Real = key(
+        0.5, "1", "chance to ping in a contention slot (contention)", gt=0, le=1
+    )
+    forget_after_s: Real | None = key(
+        60.0,
+        "s",
+        "an AUV not heard for so long has no slot any more (broadcast); null = it keeps one",
+        gt=0,
+        le=1e6,
+    )
+    recall_rounds: Whole = key(
+        5,
+        "1",
+        "each so many rounds one AUV that has no slot any more is given one, all such AUVs in turn "
+        "(silent, last_slot)",
+        ge=1,
+        le=1_000_000,
+    )
+    tick_rate_hz: Real | None = key(
+        None, "Hz", "slot starts and deliveries fall on ticks; null = exact clock", ge=0.001, le=1e6
+    )
+    frame_s: Real = key(
+        1.0,
+        "s",
+        "frame of one AUV (round_robin, random); mean interval between pings that each AUV has "
+        "to send (aloha, slotted_aloha, csma)",
+        "sec:baseline (1 fix/s)",
+        ge=0.001,
+        le=1e6,
+    )
+    uplink_guard_s: Real | None = key(
+        None, "s", "guard T_G of an uplink slot; null = 0.5 t_C", PAPER, ge=0, le=60
+    )
+    shortest_uplink_slot_s: Real | None = key(
+        None, "s", "shortest uplink slot T_UL,min; null = 2.5 t_C", PAPER, ge=0, le=60
+    )
+    downlink_guard_s: Real | None = key(
+        None, "s", "guard T_DL,G of a downlink slot; null = 1.25 t_C", PAPER, ge=0, le=60
+    )
+    shortest_downlink_slot_s: Real | None = key(
+        None, "s", "shortest downlink slot T_DL,min; null = 10 t_C", PAPER, ge=0, le=60
+    )
+    duplex: Literal["per_band", "per_node"] = key(
+        "per_band",
+        "",
+        "what a vehicle does not hear while it sends: its own band, or the other, too (per_node)",
+    )
+    acknowledge: Literal["none", "ping", "frame"] = key(
+        "none",
+        "",
+        "how AUVs tell that they have a fix: by their next ping, or by a frame of their own on MF",
+    )
+    acknowledgement_bytes: Whole = key(
+        2,
+        "B",
+        "bytes of each fix that a frame of acknowledgement names, beside its header (frame)",
+        ge=0,
+        le=1000,
+    )
+    repeat: Annotated[
+        int | Literal["none", "until_acknowledged"],
+        BeforeValidator(_repeats),
+        WithJsonSchema(REPEATS),
+    ] = key(
+        "none",
+        "",
+        "how often a fix is put into further broadcasts, unless the fleet knows that its AUV has "
+        "it, or has made a newer one: never, so many times, or until_acknowledged",
+    )
+    relay: RelaySection | None = Field(
+        default=None,
+        description="AUVs forward frames of fixes that they have decoded, each once; null, unless "
+        "one of its keys is given = they do not",
+    )
+
+    @property
+    def exchanges(self) -> bool:
+        """Whether AUVs answer or forward frames, or ASVs repeat fixes."""
+        asked = (self.acknowledge, self.repeat, self.relay) != ("none", "none", None)
+        return asked and not self.asvs_ping
+
+    @property
+    def sends_auv_frames(self) -> bool:
+        """Whether AUVs send frames on MF: they forward them, or acknowledge by them."""
+        return self.acknowledge == "frame" or self.relay is not None
+
+    @property
+    def most_repeats(self) -> int | None:
+        """How many more times a fix is broadcast; None: until it is acknowledged."""
+        if self.repeat == UNTIL_ACKNOWLEDGED:
+            return None
+        return 0 if self.repeat == "none" else int(self.repeat)
+
+    def relays(self, auvs: int) -> tuple[int, ...]:
+        """Return which of so many AUVs forward frames, in the order in which they do."""
+        if self.relay is None:
+            return ()
+        return tuple(range(auvs)) if self.relay.who == "all" else tuple(sorted(self.relay.who))
+
+    @property
+    def answer(self) -> AnswerSettings:
+        """How pings are answered, by a downlink that `replies`."""
+        answer: AnswerSettings = settings_with(DOWNLINK, self.downlink, "reply")
+        return answer
+
+    @property
+    def turnaround_s(self) -> float:
+        """How long (s) AUVs take to answer a call."""
+        return float(settings_with(RANGING, self.ranging, "turnaround_s").turnaround_s)
+
+    @property
+    def dissemination(self) -> DisseminationSettings:
+        """How AUVs are told their slots, where frames name them."""
+        told: DisseminationSettings = settings_with(KNOWLEDGE, self.knowledge, "missed")
+        return told
+
+    @property
+    def asvs_ping(self) -> bool:
+        """Whether ASVs ping and AUVs fix themselves."""
+        return RANGING.declared(self.ranging).asvs_ping
+
+    @property
+    def random_access(self) -> bool:
+        """Whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
+        return self.scheduling.access != "slots" and not self.asvs_ping
+
+    @property
+    def scheduling(self) -> ScheduleTraits:
+        """What the schedule declares; where AUVs run a program, that they ping as they like."""
+        law = ACCESS.declared(self.access).law
+        return SCHEDULE.declared(self.schedule) if law == "slots" else ScheduleTraits(access=law)
+
+    @property
+    def program(self) -> PartChoice:
+        """The program by which each AUV pings as it likes; `scheduled` where it does not.
+
+        A schedule may be one, too (`aloha`): it has its settings.
+        """
+        if self.asvs_ping:
+            return PartChoice("scheduled")
+        if ACCESS.declared(self.access).law != "slots":
+            return self.access
+        named = BY_SCHEDULE.get(self.scheduling.access, "scheduled")
+        return PartChoice(named, self.schedule.settings if named == self.schedule else None)
+
+    @property
+    def signals(self) -> bool:
+        """Whether vehicles may send signals beside pings, by their programs: one's own always may,
+        whether or not it is loaded where its tables are read.
+        """
+        return self.program.is_own or ACCESS.declared(self.program).signals
+
+    @property
+    def rule(self) -> PartChoice:
+        """What decides who pings when: a program of AUVs, or the schedule."""
+        return self.program if self.random_access else self.schedule
+
+    @property
+    def replies(self) -> bool:
+        """Whether each ping is answered by itself."""
+        return DOWNLINK.declared(self.downlink).replies and not self.asvs_ping
+
+    @property
+    def sends_frames(self) -> bool:
+        """Whether ASVs send frames on MF: broadcasts, or answers that take airtime."""
+        return not self.asvs_ping and (not self.replies or self.answer.takes_airtime)
+
+    @property
+    def replies_in_frames(self) -> bool:
+        """Whether each ping is answered by a frame of its own."""
+        return self.replies and self.answer.takes_airtime
+
+    @property
+    def deafens_asvs(self) -> bool:
+        """Whether an ASV hears no ping while it sends a frame: one that answers never does."""
+        return self.duplex == "per_node" or self.replies_in_frames
+
+    @property
+    def calls(self) -> bool:
+        """Whether ASVs call the AUVs, which ping in answer."""
+        asked = RANGING.declared(self.ranging)
+        return asked.calls or (self.scheduling.calls and not asked.asvs_ping)
+
+    @property
+    def pinging(self) -> str:
+        """Which vehicles ping: "auv" or "asv", and so the column that names them."""
+        return "asv" if self.asvs_ping else "auv"
+
+    @property
+    def listening(self) -> str:
+        """Which vehicles hear pings: "auv" or "asv", and so the column that names them."""
+        return "auv" if self.asvs_ping else "asv"

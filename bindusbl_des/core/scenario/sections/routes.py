@@ -1,0 +1,377 @@
+"""The keys of each kind of route: lanes over the survey, places to hold, way points, tracks; and of
+routes of somebody's own: sections whose other keys are the part's settings.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Tag,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from ....support.plugins import is_plugin
+from ..key_types import (
+    OURS,
+    PAPER,
+    TIME_OFFSET_S,
+    Part,
+    Point,
+    Position,
+    Real,
+    Text,
+    key,
+    sources,
+    which_tracks,
+)
+from ..part_choice import PartChoice
+
+
+class OwnSection(BaseModel):
+    """A part named ``module:object`` at one of the section's keys, `WORD`; the others set it."""
+
+    WORD: ClassVar[str]
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    choice: PartChoice
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or cls.WORD not in data:
+            return data
+        settings = {name: value for name, value in data.items() if name != cls.WORD}
+        return {"choice": PartChoice.read({"model": data[cls.WORD], **settings}, str)}
+
+    @model_serializer
+    def _written(self) -> dict[str, Any]:
+        return {self.WORD: str(self.choice), **self.choice.settings}
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: Any, handler: Any) -> dict[str, Any]:
+        own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
+        return {"type": "object", "properties": {cls.WORD: own}, "required": [cls.WORD]}
+
+
+def is_own(section: Any, word: str) -> bool:
+    """Tell whether a section names somebody's own part at one of its words."""
+    if isinstance(section, OwnSection):
+        return True
+    name = section.get(word) if isinstance(section, Mapping) else None
+    return callable(name) or (isinstance(name, str) and is_plugin(name))
+
+
+# What becomes of degrees about a known origin.
+InMetres = Callable[[tuple[Position, ...]], tuple[Point, ...]]
+
+
+class RouteTraits:
+    """What the program asks of a route, whichever it is: AUVs fly paths that are planned
+    (`is_flown`), lie still (`is_held`), or repeat what was recorded (`is_recorded`).
+
+    Where it gives places, `PLACES` is their key, without the unit.
+    """
+
+    PLACES: ClassVar[str] = ""
+    is_flown: ClassVar[bool] = False
+    is_held: ClassVar[bool] = False
+    is_recorded: ClassVar[bool] = False
+
+    @property
+    def lanes(self) -> "Lawnmower | None":
+        """How the survey is swept in lanes; None if it is not."""
+        return None
+
+    @property
+    def recording(self) -> "Track | None":
+        """The files that AUVs repeat; None if they repeat none."""
+        return None
+
+    @property
+    def surfacing(self) -> "Flown | None":
+        """How AUVs break off to come up to the surface; None if they do not."""
+        return None
+
+    @property
+    def is_rounded(self) -> bool:
+        """Whether AUVs turn inside the corners of their ways, and not over each place."""
+        return False
+
+    @property
+    def places_key(self) -> str:
+        """The key that gives places."""
+        return f"{self.PLACES}_{'deg' if self.positions else 'm'}"
+
+    @property
+    def places(self) -> tuple[tuple[Point, ...], ...]:
+        """Per AUV the places, [x, y] in m, that it goes to or holds, if the route gives any."""
+        return ()
+
+    @property
+    def positions(self) -> tuple[tuple[Position, ...], ...]:
+        """Per AUV the same as [lat, lon] in deg, where they are given so."""
+        return ()
+
+    def in_metres(self, metres: InMetres) -> Self:
+        """Return the route with its places in metres."""
+        return self
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield each list of places or files that is not of so many AUVs: its key, what it needs
+        one of for each, and how many it has.
+        """
+        yield from ()
+
+
+class OwnRoute(RouteTraits, OwnSection):
+    """Where the AUVs go, as somebody's own function says."""
+
+    WORD = "kind"
+
+
+class Planned(RouteTraits, Part):
+    """A kind of route that ships."""
+
+    kind: str
+
+    @property
+    def choice(self) -> PartChoice:
+        """The route as a part of the mission."""
+        return PartChoice(self.kind)
+
+
+class Flown(Planned):
+    """A kind of route that AUVs fly along paths, and may leave to come up to the surface."""
+
+    surface_every_s: Real | None = key(
+        None,
+        "s",
+        "time on its route after which an AUV breaks off to come up to the surface in circles, and "
+        "then takes it up again; null = it stays at its depth",
+        ge=1,
+        le=1e6,
+    )
+    surface_for_s: Real = key(
+        10.0, "s", "how long it stays there at least: until its circles are whole", ge=0, le=1e5
+    )
+    climb_angle_deg: Real = key(
+        20.0, "deg", "angle at which it comes up and dives again", ge=1, le=60
+    )
+
+    @property
+    def surfacing(self) -> "Flown | None":
+        """How AUVs break off to come up to the surface; None if they do not."""
+        return None if self.surface_every_s is None else self
+
+
+class Lawnmower(Flown):
+    """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
+
+    is_flown: ClassVar[bool] = True
+
+    kind: Literal["lawnmower"] = key("lawnmower", "", "route family", PAPER)
+    lane_spacing_m: Real = key(10.0, "m", "distance between lanes", OURS, ge=0.01, le=1e5)
+    end_margin_m: Real | None = key(
+        None,
+        "m",
+        "distance from lane ends to the survey's edge; null = half the spacing",
+        ge=0,
+        le=1e5,
+    )
+    lane_heading_deg: Real | None = key(
+        None,
+        "deg",
+        "heading of the lanes, from +x towards +y; null = along the survey's own x axis",
+        ge=-360,
+        le=360,
+    )
+    division: Literal["strips", "equal_length"] = key(
+        "strips",
+        "",
+        "what each AUV gets: a strip of the same height, or neighbouring lanes of about the same "
+        "length in all, which sweep the whole survey",
+    )
+    start: Literal["strip_centre", "strip_corner"] = key(
+        "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
+    )
+    turns: Literal["shortest", "bulb", "skip_lane"] = key(
+        "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
+    )
+
+    @property
+    def lanes(self) -> "Lawnmower":
+        """How the survey is swept in lanes."""
+        return self
+
+
+class Hold(Planned):
+    """Vehicles hold still at given positions, heading along +x."""
+
+    PLACES: ClassVar[str] = "positions"
+    is_held: ClassVar[bool] = True
+
+    kind: Literal["hold"] = key("hold", "", "route family")
+    positions_m: tuple[Point, ...] = key((), "m", "one [x, y] per AUV")
+    positions_deg: tuple[Position, ...] = key(
+        (), "deg", "one [lat, lon] per AUV instead, with environment.origin (WGS-84)"
+    )
+
+    @property
+    def places(self) -> tuple[tuple[Point, ...], ...]:
+        """Per AUV the place, [x, y] in m, that it holds."""
+        return tuple((place,) for place in self.positions_m)
+
+    @property
+    def positions(self) -> tuple[tuple[Position, ...], ...]:
+        """Per AUV the same as [lat, lon] in deg, where it is given so."""
+        return tuple((position,) for position in self.positions_deg)
+
+    def in_metres(self, metres: InMetres) -> Self:
+        """Return the route with its places in metres."""
+        given = {"positions_m": metres(self.positions_deg), "positions_deg": ()}
+        return self.model_copy(update=given)
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield the places, if they are not one for each AUV."""
+        name, each, given = "positions_m", "[x, y]", len(self.positions_m)
+        if self.positions_deg:
+            name, each, given = "positions_deg", "[lat, lon]", len(self.positions_deg)
+        if given != auvs:
+            yield name, each, given
+
+
+# What `files` are: one key of two kinds of routes.
+RECORDED_OR_DRAWN = (
+    "tracks, one per AUV: CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, GPX or "
+    "MCAP; of waypoints, instead of points, GPX files that together hold a route (rte) for each "
+    "AUV, such as the plan.gpx of a plan; relative to the scenario file"
+)
+
+
+class Waypoints(Flown):
+    """Each AUV follows its own list of waypoints along Dubins curves, there and back; or a route of
+    a GPX file, which it follows inside its corners, as autopilots do.
+    """
+
+    PLACES: ClassVar[str] = "points"
+    is_flown: ClassVar[bool] = True
+
+    kind: Literal["waypoints"] = key("waypoints", "", "route family")
+    points_m: tuple[tuple[Point, ...], ...] = key((), "m", "per AUV a list of [x, y]")
+    points_deg: tuple[tuple[Position, ...], ...] = key(
+        (), "deg", "per AUV a list of [lat, lon] instead, with environment.origin (WGS-84)"
+    )
+    files: tuple[Text, ...] = key((), "", RECORDED_OR_DRAWN)
+
+    @field_validator("files")
+    @classmethod
+    def _readable(cls, files: tuple[str, ...]) -> tuple[str, ...]:
+        _routes(files)
+        return files
+
+    # The points, latitude and longitude (deg), of the files' routes.
+    _routes_deg: tuple[tuple[Position, ...], ...] = ()
+
+    @model_validator(mode="after")
+    def _read(self) -> Self:
+        if self.files and (self.points_m or self.points_deg):
+            raise PydanticCustomError("twice", "gives points beside files; keep one of them")
+        self._routes_deg = _routes(self.files)
+        return self
+
+    @property
+    def is_rounded(self) -> bool:
+        """Whether AUVs turn inside the corners of their ways, and not over each place."""
+        return bool(self.files)
+
+    @property
+    def places_key(self) -> str:
+        """The key that gives places."""
+        return "files" if self.files else super().places_key
+
+    @property
+    def places(self) -> tuple[tuple[Point, ...], ...]:
+        """Per AUV the places, [x, y] in m, that it goes to."""
+        return self.points_m
+
+    @property
+    def positions(self) -> tuple[tuple[Position, ...], ...]:
+        """Per AUV the same as [lat, lon] in deg, where they are given so."""
+        return self._routes_deg or self.points_deg
+
+    def in_metres(self, metres: InMetres) -> Self:
+        """Return the route with its places in metres."""
+        given = {"points_m": tuple(map(metres, self.positions)), "points_deg": ()}
+        found = self.model_copy(update=given)
+        found._routes_deg = ()
+        return found
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield the lists of points, if they are not one for each AUV."""
+        given = len(self.positions or self.points_m)
+        if given != auvs:
+            yield self.places_key, "route (rte)" if self.files else "list of points", given
+
+
+def _routes(files: tuple[str, ...]) -> tuple[tuple[Position, ...], ...]:
+    """Return the routes in GPX files, one after the other."""
+    from ....models.charts.xml_charts import read_routes  # which other routes do not need
+
+    try:
+        return tuple(route for file in files for route in read_routes(file))
+    except ValueError as error:
+        raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
+
+
+class Track(Planned):
+    """Each AUV repeats the recorded track of a real vehicle."""
+
+    is_recorded: ClassVar[bool] = True
+
+    kind: Literal["track"] = key("track", "", "route family")
+    files: tuple[Text, ...] = key((), "", RECORDED_OR_DRAWN)
+    tracks: tuple[Text, ...] = which_tracks("AUV")
+    time_offset_s: Real = TIME_OFFSET_S
+
+    @property
+    def sources(self) -> list[tuple[str, str]]:
+        """Its files, and which of the tracks in each is meant."""
+        return sources(self.files, self.tracks)
+
+    @property
+    def recording(self) -> "Track":
+        """The files that AUVs repeat."""
+        return self
+
+    def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
+        """Yield the files, and the names of tracks in them, that are not one for each AUV."""
+        if self.tracks and len(self.tracks) != auvs:
+            yield "tracks", "name", len(self.tracks)
+        if len(self.files) != auvs:
+            yield "files", "file", len(self.files)
+
+
+def _kind(route: Any) -> Any:
+    """Tell the family of a route; a route that does not say is a lawnmower."""
+    if is_own(route, "kind"):
+        return "own"
+    if isinstance(route, dict):
+        return route.get("kind", "lawnmower")
+    return getattr(route, "kind", None)
+
+
+Route = Annotated[
+    Annotated[Lawnmower, Tag("lawnmower")]
+    | Annotated[Hold, Tag("hold")]
+    | Annotated[Waypoints, Tag("waypoints")]
+    | Annotated[Track, Tag("track")]
+    | Annotated[OwnRoute, Tag("own")],
+    Discriminator(_kind),
+]

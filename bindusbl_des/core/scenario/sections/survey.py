@@ -1,0 +1,137 @@
+"""The keys of the survey: where the AUVs work, and how long a mission lasts: a number of seconds,
+or until its survey is flown.
+"""
+
+from typing import Annotated, Any
+
+from pydantic import (
+    Field,
+    PlainSerializer,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from ..key_types import PAPER, Part, Point, Position, Real, Text, key
+
+Side = Annotated[Real, Field(ge=0.1, le=1e5)]
+Depth = Annotated[Real, Field(ge=0, le=11e3)]
+
+# Keys each of which says what the area is; the first of them unless another is given.
+SHAPES = ("side_m", "size_m", "polygon_m", "area")
+
+
+class Survey(Part):
+    """The area of sea to be surveyed, a square, rectangle or polygon, and the depth to fly at."""
+
+    side_m: Real | None = key(
+        140.0, "m", "side L of the square survey area; null with another shape", PAPER, ge=0.1,
+        le=1e5,
+    )  # fmt: skip
+    size_m: tuple[Side, Side] | None = key(
+        None, "m", "[x, y]: sides of a rectangular survey area along x and y before it is turned"
+    )
+    rotation_deg: Real = key(
+        0.0, "deg", "turn of square or rectangle about its centre, from +x towards +y",
+        ge=-360, le=360,
+    )  # fmt: skip
+    polygon_m: tuple[Point, ...] | None = key(
+        None, "m", "corners [x, y] of a survey area that is a simple polygon, going round"
+    )
+    area: Text | None = key(
+        None,
+        "",
+        "GeoJSON or KML file with the polygon of the survey area, or GPX with a route around it; "
+        "relative to the scenario file; x and y are about environment.origin, or else about its "
+        "centroid",
+    )
+    depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
+    depths_m: tuple[Depth, ...] | None = key(
+        None, "m", "depth of each AUV; null = depth_m for all of them"
+    )
+    swath_m: Annotated[Real, Field(ge=0.01, le=1e5)] | None = key(
+        None,
+        "m",
+        "width of what an AUV surveys as it passes, from which the area covered follows; null = "
+        "the spacing of the lanes",
+    )
+
+    # Corners, latitude and longitude (deg), of the polygon in the file, as it was read.
+    _corners_deg: tuple[Position, ...] = ()
+
+    @field_validator("area")
+    @classmethod
+    def _readable(cls, file: str | None) -> str | None:
+        if file is not None:
+            _read(file)
+        return file
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> "Survey":
+        """Let another shape replace the square that nobody has asked for."""
+        given = [name for name in SHAPES[1:] if getattr(self, name) is not None]
+        if given and "side_m" not in self.model_fields_set:
+            self.__dict__["side_m"] = None
+        if self.area is not None:
+            self._corners_deg = _read(self.area)
+        return self
+
+    @property
+    def corners_deg(self) -> tuple[Position, ...]:
+        """The corners of the file's polygon, latitude and longitude (deg); none without a file."""
+        return self._corners_deg
+
+    @property
+    def shapes(self) -> tuple[str, ...]:
+        """The keys that say what the area is; one of them, or the scenario is refused."""
+        return tuple(name for name in SHAPES if getattr(self, name) is not None)
+
+    @property
+    def deepest(self) -> float:
+        """The greatest depth at which an AUV flies (m)."""
+        return max(self.depths_m) if self.depths_m else self.depth_m
+
+    def depth(self, auv: int) -> float:
+        """Return the depth at which an AUV flies (m)."""
+        return self.depths_m[auv] if self.depths_m else self.depth_m
+
+
+def _read(file: str) -> tuple[Position, ...]:
+    from ....models.charts.areas import read_area  # which other surveys do not need
+
+    try:
+        return read_area(file)
+    except ValueError as error:
+        raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
+
+
+SURVEY = "survey"
+SHORTEST_S, LONGEST_S = 0.001, 1e7
+
+
+class SurveyEnd(float):
+    """The length of a mission (s) that ends with its survey; in a file it is the word `survey`.
+
+    It is not a number until the survey is planned.
+    """
+
+
+def _read_duration(value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+    if isinstance(value, str) and value == SURVEY:
+        return SurveyEnd("nan")
+    return value if isinstance(value, SurveyEnd) else validate(value)
+
+
+Duration = Annotated[
+    Real,
+    Field(ge=SHORTEST_S, le=LONGEST_S),
+    WrapValidator(_read_duration),
+    PlainSerializer(lambda value: SURVEY if isinstance(value, SurveyEnd) else value),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "minimum": SHORTEST_S, "maximum": LONGEST_S},
+                   {"const": SURVEY}]}
+    ),
+]  # fmt: skip

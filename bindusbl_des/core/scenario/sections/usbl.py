@@ -1,0 +1,244 @@
+"""The key `usbl.array`: a hydrophone array that has a name, or the places of one's own elements."""
+
+from collections.abc import Sequence
+from functools import partial
+from math import dist
+from typing import Annotated, Any, Literal, NoReturn
+
+from pydantic import (
+    AfterValidator,
+    ModelWrapValidatorHandler,
+    PlainSerializer,
+    PlainValidator,
+    Strict,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from ....models.presets.catalogue import CATALOGUE, preset
+from ..families import INSTRUMENT
+from ..key_types import PAPER, THESIS, Part, Real, key, known_preset
+from ..part_choice import SET, PartChoice
+from ..shipped_settings import Datasheet
+
+# An array that reaches less than this share of its size out of some plane cannot tell one side of
+# that from the other.
+FLAT = 0.03
+
+# The greatest distance (m) between two elements of arrays that have a name
+NAMED_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
+
+# Elements of an array of one's own, and how far (m) from its vessel's place they may be.
+FEWEST_ELEMENTS, MOST_ELEMENTS, FARTHEST_M = 4, 64, 10.0
+
+Element = tuple[float, float, float]
+
+
+def _array(value: Any) -> str | tuple[Element, ...]:
+    """Return an array by its name, or the places of its elements, which no plane has."""
+    if isinstance(value, str):
+        if value in NAMED_SIZES_M:
+            return value
+        _no_array(value)
+    if not isinstance(value, list | tuple) or not all(map(_is_place, value)):
+        _no_array(value)
+    if not FEWEST_ELEMENTS <= len(value) <= MOST_ELEMENTS:
+        message = f"has {len(value)} elements; give {FEWEST_ELEMENTS} to {MOST_ELEMENTS} of them"
+        raise PydanticCustomError("array", "{text}", {"text": message})
+    places = tuple((float(x), float(y), float(z)) for x, y, z in value)
+    if thickness(places) < FLAT:
+        message = (
+            "lies in a plane, or nearly so: it cannot tell above from below; move an element out "
+            f"of it, by {1e3 * size_m(places) / 4:.2g} mm or so"
+        )
+        raise PydanticCustomError("array", "{text}", {"text": message})
+    return places
+
+
+def _is_place(value: Any) -> bool:
+    return (
+        isinstance(value, list | tuple)
+        and len(value) == 3
+        and all(
+            isinstance(number, int | float) and not isinstance(number, bool) for number in value
+        )
+        and all(abs(number) <= FARTHEST_M for number in value)  # not of nan either
+    )
+
+
+def _no_array(value: Any) -> NoReturn:
+    message = (
+        f"must be one of {', '.join(NAMED_SIZES_M)}, or the places of its elements in metres "
+        f"(forward, to starboard, down), none beyond {FARTHEST_M:g} m: [[x, y, z], ...]; got "
+        f"{str(value)[:60]!r}"
+    )
+    raise PydanticCustomError("array", "{text}", {"text": message})
+
+
+def _plainly(array: str | tuple[Element, ...]) -> str | list[list[float]]:
+    return array if isinstance(array, str) else [list(place) for place in array]
+
+
+ArrayChoice = Annotated[
+    Literal["oem5", "cross5"] | tuple[Element, ...],
+    PlainValidator(_array),
+    PlainSerializer(_plainly, return_type=Any),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string", "enum": list(NAMED_SIZES_M)},
+                {
+                    "type": "array",
+                    "items": {
+                        "type": "array",
+                        "items": {"type": "number", "minimum": -FARTHEST_M, "maximum": FARTHEST_M},
+                        "minItems": 3,
+                        "maxItems": 3,
+                    },
+                    "minItems": FEWEST_ELEMENTS,
+                    "maxItems": MOST_ELEMENTS,
+                },
+            ]
+        }
+    ),
+]
+
+
+def thickness(places: Sequence[Element]) -> float:
+    """Return how far elements reach out of the plane that they lie in best, over their extent in it
+    (standard deviations).
+    """
+    import numpy as np  # which arrays that have a name do not need
+
+    sizes = np.linalg.svd(np.array(places) - np.mean(places, axis=0), compute_uv=False)
+    return float(sizes[-1] / sizes[0]) if sizes[0] > 0.0 else 0.0
+
+
+def size_m(array: str | Sequence[Element]) -> float:
+    """Return the greatest distance (m) between two elements of an array."""
+    if isinstance(array, str):
+        return NAMED_SIZES_M[array]
+    return max(dist(one, other) for one in array for other in array)
+
+
+# The keys of the USBL: what ASVs measure with, and all that is wrong with it.
+#
+# With passive ranging AUVs measure with it.
+
+
+USBLS = [entry.name for entry in CATALOGUE["usbl"]]
+
+# The AHRS, of which a sheet's figures have their share already
+AHRS = ("roll_sd_deg", "pitch_sd_deg", "heading_sd_deg")
+
+
+NONE_BY_SHEET = (
+    "; with model: datasheet none unless given, and then added to the data sheet's figures"
+)
+
+
+UsblName = Annotated[
+    str,
+    Strict(),
+    AfterValidator(partial(known_preset, "usbl")),
+    WithJsonSchema({"type": "string", "enum": USBLS}),
+]
+
+
+def usbl_values(name: str) -> dict[str, Any]:
+    """Return what the preset of a USBL says of the keys here: those of its array, or its sheet."""
+    values = preset("usbl", name).values
+    sheet = {key: value for key, value in values.items() if key in Datasheet.model_fields}
+    rest = {key: value for key, value in values.items() if key not in sheet}
+    return {**rest, "model": {"model": "datasheet", **sheet} if sheet else "array"}
+
+
+class UsblSection(Part):
+    """The hydrophone array and the errors of what it measures."""
+
+    preset: UsblName | None = key(
+        None,
+        "",
+        "USBL whose figures (`bindusbl-des presets usbl`) stand for the keys here that are not "
+        "given; one that is given wins, but for model",
+    )
+    model: PartChoice = key("array", "", "what an arrival measures, and how surely" + SET)
+    array: ArrayChoice = key(
+        "oem5",
+        "",
+        "hydrophone array: one that has a name, or the places of one's own elements, [[x, y, z], "
+        "...] in m forward, to starboard and down, of which their mean is the vessel's place",
+        THESIS,
+    )
+    tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
+    travel_time_sd_s: Real = key(6.66667e-6, "s", "noise of a travel time", THESIS, ge=0, le=1)
+    quantum_s: Real = key(
+        1.0e-6,
+        "s",
+        "step of the clock that measures travel times, which adds a step / sqrt(12) of noise",
+        THESIS,
+        ge=0,
+        le=1,
+    )
+    roll_sd_deg: Real = key(0.2, "deg", f"AHRS roll noise{NONE_BY_SHEET}", THESIS, ge=0, le=45)
+    pitch_sd_deg: Real = key(0.2, "deg", f"AHRS pitch noise{NONE_BY_SHEET}", THESIS, ge=0, le=45)
+    heading_sd_deg: Real = key(
+        1.0, "deg", f"AHRS heading noise{NONE_BY_SHEET}", THESIS, ge=0, le=45
+    )
+    gnss_sd_m: Real = key(0.0, "m", "GNSS noise per axis", PAPER, ge=0, le=1e3)
+    misalignment_sd_deg: Real = key(
+        0.0,
+        "deg",
+        "standard deviation of a constant heading error, drawn for each ASV (passive: AUV) and "
+        "seed",
+        ge=0,
+        le=45,
+    )
+    gnss_correlated_sd_m: Real = key(
+        0.0, "m", "standard deviation per axis of each ASV's slow GNSS error", ge=0, le=1e3
+    )
+    gnss_time_constant_s: Real = key(
+        300.0, "s", "time constant of that error (Gauss-Markov)", ge=1, le=1e6
+    )
+    slow_share: Real = key(
+        0.0,
+        "1",
+        "share of the variance of each acoustic error (range, direction) that changes slowly, for "
+        "each AUV and ASV by themselves; the rest is drawn anew for each ping",
+        ge=0,
+        le=1,
+    )
+    correlation_s: Real = key(
+        60.0, "s", "time constant of that share (Gauss-Markov)", ge=0.1, le=1e6
+    )
+    range_rate_sd_m_per_s: Real | None = key(
+        None,
+        "m/s",
+        "noise of the rate at which the way of a ping changes, measured by its Doppler shift; null "
+        "= it is not measured",
+        ge=0,
+        le=100,
+    )
+    outlier_share: Real = key(
+        0.0, "1", "share of the measurements of single arrays that are outliers", ge=0, le=0.5
+    )
+    outlier_sd_m: Real = key(
+        10.0, "m", "standard deviation per horizontal axis of what outliers are off", gt=0, le=1e4
+    )
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _as_its_sheet_says(
+        cls, data: Any, validate: ModelWrapValidatorHandler["UsblSection"]
+    ) -> "UsblSection":
+        """Let the figures of the preset stand for keys that are not given, and do not become so;
+        and an AHRS that is not given add nothing to a sheet.
+        """
+        name = data.get("preset") if isinstance(data, dict) else None
+        usbl = validate({**usbl_values(name), **data} if name in USBLS else data)
+        if name in USBLS:
+            object.__setattr__(usbl, "__pydantic_fields_set__", set(data))
+        if INSTRUMENT.declared(usbl.model).is_stated:
+            usbl.otherwise(**dict.fromkeys(AHRS, 0.0))
+        return usbl

@@ -1,0 +1,306 @@
+"""The keys of both fleets: how many, which models, where they go and keep station, which fail."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from ....support.plugins import is_plugin
+from ....support.wording import described, did_you_mean
+from ..families import ASV, AUV, HullTraits
+from ..key_types import PAPER, Moved, Part, Point, Real, Section, Whole, key
+from ..part_choice import PartChoice, Settings
+from ..shipped_settings import Kinematic
+from .placements import Formation, Placement
+from .routes import Lawnmower, Route
+
+
+@dataclass(frozen=True)
+class VehicleChoice:
+    """A vehicle model by name, and the coefficients that differ from its published ones.
+
+    In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.  `part`
+    is a vehicle with settings: one without dynamics, or somebody's own, named ``module:object``.
+    """
+
+    MODELS: ClassVar[Mapping[str, HullTraits]] = {}
+
+    model: str
+    coefficients: tuple[tuple[str, float], ...] = ()
+    part: PartChoice | None = None
+
+    def __str__(self) -> str:
+        return self.model + ("*" if self.coefficients or (self.own and self.own.settings) else "")
+
+    @property
+    def own(self) -> PartChoice | None:
+        """The vehicle where it is somebody's own."""
+        return self.part if self.part is not None and self.part.is_own else None
+
+    @property
+    def choice(self) -> PartChoice:
+        """The vehicle as a part of the mission."""
+        return self.part or PartChoice(self.model)
+
+    @property
+    def is_steered(self) -> bool:
+        """Whether it goes as planned, but not exactly: by equations of motion, or somebody's."""
+        return self.has_dynamics or self.own is not None
+
+    @property
+    def has_dynamics(self) -> bool:
+        """Whether the vehicle moves by equations of motion."""
+        return self.own is None and self.MODELS[self.model].has_dynamics
+
+    @property
+    def top_speed(self) -> float:
+        """How fast (m/s) it goes through still water at full command, straight ahead."""
+        from ...vehicles.guidance.departure import top_speed
+
+        return top_speed(self.model, dict(self.coefficients))
+
+    def carried_away(self, speeds: Sequence[float], current: float) -> tuple[int, str] | None:
+        """Return the first of such vehicles that a current (m/s) would carry away, and why; None
+        if they make headway at the speeds (m/s) that are asked of them.
+        """
+        from ...vehicles.guidance.departure import too_strong
+
+        return too_strong(self.model, dict(self.coefficients), speeds, current)
+
+    @classmethod
+    def read(cls, value: Any) -> Self:
+        """Return the choice that a file's value stands for.
+
+        Raises:
+            PydanticCustomError: naming the rule, the value and the remedy.
+        """
+        if isinstance(value, cls):
+            return value
+        if _is_own(value):
+            own = PartChoice.read(value, str)
+            return cls(str(own), part=own)
+        if isinstance(value, str):
+            return cls(cls._known(value))
+        if not isinstance(value, Mapping) or "model" not in value:
+            raise _mistake(
+                f"must be one of {', '.join(cls.MODELS)}, or a mapping with `model` and "
+                f"coefficients; got {described(value)}"
+            )
+        model = cls._known(value["model"])
+        changes = {str(name): number for name, number in value.items() if name != "model"}
+        if not cls.MODELS[model].has_dynamics:  # and so no coefficients
+            return cls(
+                model, part=PartChoice.read({**value, "model": model}, str) if changes else None
+            )
+        for name, number in changes.items():
+            others = [
+                other for other, hull in cls.MODELS.items() if name in hull.settings.model_fields
+            ]
+            if others:
+                raise _mistake(
+                    f"{name}: remove it, or choose {others[0]}, {model} has no such setting"
+                )
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise _mistake(f"{name} must be a number; got {described(number)}")
+            if not math.isfinite(number):
+                raise _mistake(f"{name} must be finite; got {described(number)}")
+        if changes:
+            from ...vehicles.hulls.fleet import parameters
+
+            try:
+                parameters(model, changes)
+            except ValueError as error:
+                raise _mistake(str(error)) from None
+        return cls(model, tuple((name, float(number)) for name, number in changes.items()))
+
+    @classmethod
+    def _known(cls, name: Any) -> str:
+        if not isinstance(name, str) or name not in cls.MODELS:
+            hint = did_you_mean(str(name), cls.MODELS)
+            raise _mistake(f"must be one of {', '.join(cls.MODELS)}; got {described(name)}{hint}")
+        return name
+
+    def plain(self) -> "str | dict[str, Any]":
+        """Return the choice as it is written in a file."""
+        if self.part is not None:
+            return self.part.plain()
+        return {"model": self.model, **dict(self.coefficients)} if self.coefficients else self.model
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            cls.read,
+            serialization=core_schema.plain_serializer_function_ser_schema(lambda v: v.plain()),
+        )
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: Any) -> dict[str, Any]:
+        names = {"enum": list(cls.MODELS), "type": "string"}
+        mapping = {
+            "type": "object",
+            "properties": {"model": names},
+            "required": ["model"],
+            "additionalProperties": {"type": "number"},
+        }
+        own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
+        mine = {"type": "object", "properties": {"model": own}, "required": ["model"]}
+        return {"anyOf": [names, mapping, own, mine]}
+
+
+class AuvVehicle(VehicleChoice):
+    """The model of an underwater vehicle."""
+
+    MODELS = AUV.traits
+
+
+class AsvVehicle(VehicleChoice):
+    """The model of a surface vessel."""
+
+    MODELS = ASV.traits
+
+
+def _is_own(value: Any) -> bool:
+    name = value.get("model") if isinstance(value, Mapping) else value
+    return callable(name) or (isinstance(name, str) and is_plugin(name))
+
+
+def _mistake(text: str) -> PydanticCustomError:
+    return PydanticCustomError("vehicle", "{text}", {"text": text})
+
+
+Instant = Annotated[Real, Field(ge=0, le=1e9)]
+
+
+class Failure(Part):
+    """An ASV that from an instant on neither hears, calls nor broadcasts, for good or for a time.
+
+    It stays where it keeps station.
+    """
+
+    asv: Whole = Field(
+        ge=0,
+        le=9_999,
+        description="number of the ASV that fails",
+        json_schema_extra={"unit": "1", "source": "this package"},
+    )
+    at_s: Instant = Field(
+        description="instant at which it fails",
+        json_schema_extra={"unit": "s", "source": "this package"},
+    )
+    until_s: Instant | None = key(
+        None, "s", "instant from which it works again; null = it does not until the mission ends"
+    )
+
+    def lasts(self, time: float) -> bool:
+        """Tell whether it has failed, and not come back, at an instant (s)."""
+        return self.at_s <= time and (self.until_s is None or time < self.until_s)
+
+
+Speed = Annotated[Real, Field(ge=0.001, le=20)]
+Late = Annotated[Real, Field(ge=0, le=10)]
+
+
+class Auvs(Section):
+    """The underwater vehicles: how many, what they are, where they go."""
+
+    MOVED: ClassVar = (Moved("turning_radius_m", "vehicle", "kinematic"),)
+
+    count: Whole = key(3, "1", "number of AUVs", PAPER, ge=1, le=100_000)
+    vehicle: AuvVehicle = key(
+        "kinematic", "", "vehicle model, or {model: ..., coefficient or setting: value, ...}"
+    )
+    speed_m_per_s: Real = key(
+        0.627,
+        "m/s",
+        "speed along the route",
+        "tab:case_study (182-192 m in 300 s)",
+        ge=0.001,
+        le=20,
+    )
+    speeds_m_per_s: tuple[Speed, ...] | None = key(
+        None, "m/s", "speed of each AUV; null = speed_m_per_s for all of them"
+    )
+    join_angle_deg: Real = key(
+        20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
+    )
+    route: Route = Field(default=Lawnmower(), description="where the AUVs go")
+    launch_m: tuple[Point, ...] | None = key(
+        None,
+        "m",
+        "[x, y] where AUVs are launched, one for all or one per AUV: they begin there; null = as "
+        "the route says",
+    )
+    recovery_m: tuple[Point, ...] | None = key(
+        None,
+        "m",
+        "[x, y] where AUVs are recovered, one for all or one per AUV: once through their route "
+        "they go and wait there; null = they fly it there and back",
+    )
+    ping_late_s: tuple[Late, ...] | None = key(
+        None,
+        "s",
+        "how much later than its slot begins each AUV pings (owtt_sync), such as by a late clock; "
+        "ranges are measured from the ping itself; null = on time",
+    )
+    feedback: Literal["truth", "estimate"] = key(
+        "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
+    )
+
+    @property
+    def turning_radius_m(self) -> float:
+        """The smallest turning radius of AUVs without dynamics (m)."""
+        own = Settings if self.vehicle.own else self.vehicle.MODELS[self.vehicle.model].settings
+        return self.vehicle.choice.settings_as(Kinematic, own).turning_radius_m
+
+    def speed(self, auv: int) -> float:
+        """Return the speed of an AUV along its route (m/s)."""
+        return self.speeds_m_per_s[auv] if self.speeds_m_per_s else self.speed_m_per_s
+
+    def launch(self, auv: int) -> Point | None:
+        """Return where an AUV is launched (m); None where its route says."""
+        return _of(self.launch_m, auv)
+
+    def recovery(self, auv: int) -> Point | None:
+        """Return where an AUV is recovered (m); None if it flies its route there and back."""
+        return _of(self.recovery_m, auv)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """The speed of each AUV (m/s)."""
+        return self.speeds_m_per_s or (self.speed_m_per_s,) * self.count
+
+
+def _of(places: tuple[Point, ...] | None, auv: int) -> Point | None:
+    """Return the place of an AUV, of one for all or one for each."""
+    if not places:
+        return None
+    return places[0] if len(places) == 1 else places[auv]
+
+
+class Asvs(Part):
+    """The surface vessels that carry the USBL arrays."""
+
+    @property
+    def words(self) -> str:
+        """What they are in a word: their model, or how they move."""
+        placement = self.formation
+        return placement.choice if placement.moves else str(self.vehicle)
+
+    def alive(self, time: float) -> tuple[bool, ...]:
+        """Return which ASVs work at an instant (s), in the order of their numbers."""
+        failed = {failure.asv for failure in self.failures if failure.lasts(time)}
+        return tuple(asv not in failed for asv in range(self.count))
+
+    count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
+    vehicle: AsvVehicle = key(
+        "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
+    )
+    formation: Placement = Field(
+        default=Formation(), description="where the ASVs keep station, or go"
+    )
+    failures: tuple[Failure, ...] = key(
+        (), "", "ASVs that fail: from at_s on, until until_s, they neither hear, call nor broadcast"
+    )

@@ -1,0 +1,569 @@
+"""Where a mission takes place and who goes where: what its keys mean before anything sounds.
+
+A :class:`Site` answers what validation asks, and is the ground on which :class:`..setup.Setup`
+stands.  Places in degrees (WGS-84) become places in the survey frame (m); what a user-defined
+placement or route says is asked for once.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+from ...support.facts import Facts, fact
+from ...support.plugins import PluginError
+from ..geometry.area import Area, polygon, rectangle, vertices
+from . import families
+from .families import (
+    BroadcasterTraits,
+    DownlinkTraits,
+    InstrumentTraits,
+    NavigatorTraits,
+    RangingTraits,
+    ScheduleSettings,
+    ScheduleTraits,
+)
+from .key_types import Point, Position
+from .scenario_keys import ScenarioKeys
+from .sections.acoustics import Downlink, UplinkSection
+from .sections.placements import OwnPlacement
+from .sections.routes import Lawnmower, OwnRoute, RouteTraits
+
+if TYPE_CHECKING:
+    from ..geometry.lanes import Share
+    from ..geometry.routes import FlightPlan
+    from ..sea.water import Water
+    from ..sea.water_column import Column, Profile
+    from ..vehicles.fleet import Failures
+    from ..vehicles.tracks import Track as RecordedTrack
+    from .own_routes import PlanView
+    from .sections.survey import SurveyEnd
+
+AnyRoute = TypeVar("AnyRoute", bound=RouteTraits)
+Stations = tuple[tuple[float, float], ...]
+
+
+class NoStations(ValueError):
+    """ASVs keep no stations: they move during the mission."""
+
+    def __init__(self, model: str) -> None:
+        super().__init__(
+            f"asvs.formation.model: with {model} ASVs move and keep no stations; use ring or "
+            "positions, or simulate the mission"
+        )
+
+
+class Site(Facts):
+    """The parts, the place and the ways of a scenario's keys, in the survey frame.
+
+    Numpy is loaded only by facts that need it, so that `validate` does not wait for it.
+    """
+
+    def __init__(self, scenario: ScenarioKeys) -> None:
+        self.__dict__["scenario"] = scenario
+
+    scenario: ScenarioKeys
+
+    # What the parts declare
+
+    @fact
+    def schedule(self) -> ScheduleTraits:
+        """What the schedule declares: who pings when."""
+        return self.scenario.protocol.scheduling
+
+    @fact
+    def schedule_settings(self) -> ScheduleSettings:
+        """What the settings of the schedule say of its rounds."""
+        return self.scenario.protocol.schedule.settings_as(ScheduleSettings, self.schedule.settings)
+
+    @fact
+    def downlink(self) -> DownlinkTraits:
+        """What the downlink declares: when fixes travel."""
+        return families.DOWNLINK.declared(self.scenario.protocol.downlink)
+
+    @fact
+    def broadcaster(self) -> BroadcasterTraits:
+        """What the broadcaster declares: which ASV sends."""
+        return families.BROADCASTER.declared(self.scenario.protocol.broadcaster)
+
+    @fact
+    def ranging(self) -> RangingTraits:
+        """What the ranging declares: who pings, and whose clock starts it."""
+        return families.RANGING.declared(self.scenario.protocol.ranging)
+
+    @fact
+    def instrument(self) -> InstrumentTraits:
+        """What the USBL instrument declares."""
+        return families.INSTRUMENT.declared(self.scenario.usbl.model)
+
+    @fact
+    def navigator(self) -> NavigatorTraits:
+        """What the navigator declares: how it weighs fixes."""
+        return families.NAVIGATOR.declared(self.scenario.navigation.filter)
+
+    @fact
+    def tells_slots(self) -> bool:
+        """Whether frames tell AUVs their slots: they have some, are not called, and do not all
+        know at once.
+        """
+        protocol = self.scenario.protocol
+        by_frames = families.KNOWLEDGE.declared(protocol.knowledge).by_frames
+        return by_frames and not (protocol.asvs_ping or protocol.calls or protocol.random_access)
+
+    @fact
+    def positions(self) -> str:
+        """By what the fleet knows where its AUVs are (`truth`, `last_fix`, `carried_forward`):
+        never by the truth if fixes alone tell it of them.
+        """
+        positions = str(self.scenario.protocol.positions)
+        return "carried_forward" if positions == "truth" and self.tells_slots else positions
+
+    # The area, and its place on Earth
+
+    @fact
+    def origin_deg(self) -> Position | None:
+        """Latitude and longitude (deg) of x = y = 0: as given, or the centroid of the area that a
+        file describes; None for a site that is nowhere on Earth.
+        """
+        given = self.scenario.environment.origin.coordinates
+        corners = self.scenario.survey.corners_deg
+        return _centroid(corners) if given is None and corners else given
+
+    @fact
+    def area(self) -> Area:
+        """The area to be surveyed (m, survey frame).
+
+        Raises:
+            ValueError: when its polygon is none, saying why.
+        """
+        survey = self.scenario.survey
+        turn = math.radians(survey.rotation_deg)
+        if survey.area and self.origin_deg is not None:
+            return polygon(in_metres(survey.corners_deg, self.origin_deg))
+        if survey.polygon_m is not None:
+            return polygon(survey.polygon_m)
+        if survey.size_m is not None:
+            return rectangle(*survey.size_m, turn)
+        assert survey.side_m is not None, "a scenario has one shape"
+        return rectangle(survey.side_m, survey.side_m, turn)
+
+    @fact
+    def swath_m(self) -> float | None:
+        """How wide (m) a strip an AUV surveys; None where no key says."""
+        return self.scenario.survey.swath_m or getattr(
+            self.scenario.auvs.route, "lane_spacing_m", None
+        )
+
+    @fact
+    def lanes_heading_rad(self) -> float:
+        """The heading (rad, from +x to +y) of the frame in which lanes are planned."""
+        asked = getattr(self.scenario.auvs.route, "lane_heading_deg", None)
+        return self.area.turn if asked is None else math.radians(asked)
+
+    # The water
+
+    @fact
+    def sound_speed_m_per_s(self) -> float:
+        """How fast sound travels (m/s): the number given, or the harmonic mean between surface and
+        survey (:func:`..sea.water_column.mean_speed`) of what temperature or cast make of it.
+
+        Raises:
+            ValueError: naming what is wrong with the cast.
+            ImportError: without gsw, where that is asked for.
+        """
+        if self._column is None:
+            return self.scenario.environment.sound_speed_m_per_s
+        from ..sea.water_column import mean_speed
+
+        return mean_speed(self.sound_profile, self.scenario.survey.deepest)
+
+    @fact
+    def assumed_sound_speed_m_per_s(self) -> float:
+        """The speed of sound (m/s) that the fleet works with."""
+        assumed = self.scenario.environment.assumed_sound_speed_m_per_s
+        return self.sound_speed_m_per_s if assumed is None else assumed
+
+    @fact
+    def sound_profile(self) -> "Profile":
+        """The speed of sound (m/s) over depth (m); raises as `sound_speed_m_per_s`."""
+        if self._column is not None:
+            return self._column.profile()
+        from ..sea.water_column import uniform_profile
+
+        return uniform_profile(self.scenario.environment.sound_speed_m_per_s)
+
+    @fact
+    def water(self) -> "Water":
+        """The water that absorbs sound down to the survey; raises as `sound_speed_m_per_s`."""
+        if self._column is not None:
+            return self._column.water()
+        from ..sea.water import USUAL_WATER
+
+        return USUAL_WATER
+
+    @property
+    def _column(self) -> "Column | None":
+        """The water column; None where a speed of sound is given in its place."""
+        given = self.scenario.environment
+        if given.temperature_c is None and given.ctd is None:
+            return None
+        from ..sea.water_column import Column  # brings numpy, which a given speed does not need
+
+        return Column(
+            deepest_m=self.scenario.survey.deepest,
+            temperature_c=given.temperature_c,
+            salinity_psu=given.salinity_psu,
+            cast_file=given.ctd,
+            law=given.sound_speed_law,
+            place_deg=self.origin_deg,
+        )
+
+    @fact
+    def pings_echo(self) -> bool:
+        """Whether pings have echoes: those of AUVs, by a sonar, where a bottom is given."""
+        channel = self.scenario.acoustics.hf.channel
+        given = channel == "sonar" and channel.settings.get("bottom_m") is not None
+        return given and not self.scenario.protocol.asvs_ping
+
+    # The ways of the AUVs
+
+    @fact
+    def turning_radii_m(self) -> tuple[float, ...]:
+        """The radius (m) of the planned turns of each AUV: as asked for, or as its model can turn.
+
+        Raises:
+            ValueError: when a model cannot go at the speed that is asked of it.
+        """
+        auvs = self.scenario.auvs
+        if not auvs.vehicle.has_dynamics:
+            return (auvs.turning_radius_m,) * auvs.count
+        from ..vehicles.guidance.departure import smallest_turn
+
+        model, coefficients = auvs.vehicle.model, dict(auvs.vehicle.coefficients)
+        try:
+            radius = {
+                speed: smallest_turn(model, speed, coefficients)
+                for speed in dict.fromkeys(auvs.speeds)
+            }
+        except ValueError as error:
+            name = "speeds_m_per_s" if auvs.speeds_m_per_s else "speed_m_per_s"
+            raise ValueError(f"auvs.{name}: {error}; ask for less") from None
+        return tuple(radius[speed] for speed in auvs.speeds)
+
+    @fact
+    def route(self) -> RouteTraits:
+        """The route, its places in metres: that of a user-defined part as way points or tracks.
+
+        Raises:
+            PluginError: when a user-defined route is not allowed, cannot be used, or makes none.
+            ValueError: when its places are in degrees, and the site is nowhere on Earth.
+        """
+        route = self.scenario.auvs.route
+        if not isinstance(route, OwnRoute):
+            return self._positioned(route)
+        from .own_routes import own_route
+
+        return own_route(route.choice, self.plan_view, self.scenario.auvs.vehicle)
+
+    @fact
+    def plans(self) -> "tuple[FlightPlan, ...]":
+        """What each AUV is to fly (routes lawnmower and waypoints): its path, lanes and endless
+        tour.
+
+        Raises:
+            ValueError: when the route has no plan, or cannot be flown.
+        """
+        from .flight_plans import Planner
+
+        scenario = self.scenario
+        return Planner(
+            scenario.auvs,
+            scenario.survey,
+            self.route,
+            self.area,
+            self.lanes_heading_rad,
+            self.turning_radii_m,
+        ).plans()
+
+    @fact
+    def lane_shares(self) -> "list[Share]":
+        """The lanes of each AUV, in the frame of the lanes' heading; none without lanes.
+
+        Raises:
+            ValueError: when there are fewer lanes than AUVs that are to share them.
+        """
+        from .flight_plans import shares_of
+
+        lanes, auvs = self.scenario.auvs.route.lanes, self.scenario.auvs.count
+        return shares_of(self.area, self.lanes_heading_rad, lanes, auvs) if lanes else []
+
+    @fact
+    def survey_end_s(self) -> "SurveyEnd":
+        """When (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
+
+        Raises:
+            ValueError: when a current leaves no headway, the survey takes longer than a mission
+                may, or the route has no plan.
+        """
+        from .flight_plans import survey_end
+
+        return survey_end(self.scenario.auvs, self.scenario.environment, self.plans)
+
+    @fact
+    def auv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
+        """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not.
+
+        Raises:
+            ValueError: naming key and remedy, when one cannot be read or is not in the mission.
+        """
+        recording = self.route.recording
+        if recording is None:
+            return getattr(self.route, "tracks", None)
+        tracks = [self.auv_track(auv) for auv in range(len(recording.files))]
+        return self._within_the_mission(tracks, recording.time_offset_s, "auvs.route")
+
+    @fact
+    def held_places_m(self) -> tuple[Point, ...] | None:
+        """Where AUVs hold still, [x, y] in m; None if they do not."""
+        return tuple(place for (place,) in self.route.places) if self.route.is_held else None
+
+    # Where the ASVs lie
+
+    @fact
+    def stations_m(self) -> Stations:
+        """Where the ASVs keep station, (x, y) in m (eq. formation).
+
+        Raises:
+            NoStations: when ASVs move.
+            PluginError: when a user-defined placement is not allowed, cannot be used, or makes
+                none.
+        """
+        asked = self.scenario.asvs.formation
+        if isinstance(asked, OwnPlacement):
+            from .own_routes import is_mover, own_placement, own_stations
+
+            answer = own_placement(asked.choice, self.plan_view)
+            if is_mover(answer):
+                raise NoStations(str(asked.choice))
+            return tuple(own_stations(asked.choice, answer, self.scenario.asvs.count))
+        ring = asked.moored
+        if ring is None:
+            raise NoStations(asked.choice)
+        given = self.given_stations_m
+        if given is not None:
+            return tuple(given)
+        radius = ring.radius(self.scenario.acoustics.hf.range_m)
+        return self._ring(radius, math.radians(ring.angle_deg))
+
+    @fact
+    def given_stations_m(self) -> tuple[Point, ...] | None:
+        """Where ASVs were given places, (x, y) in m; None where they form a ring.
+
+        Raises:
+            ValueError: when they are in degrees, and the site is nowhere on Earth.
+        """
+        asked = self.scenario.asvs.formation
+        degrees = getattr(asked, "positions_deg", None)
+        if degrees is not None:
+            return in_metres(degrees, self._known_origin)
+        metres: tuple[Point, ...] | None = getattr(asked, "positions_m", None)
+        return metres
+
+    @fact
+    def kept_stations_m(self) -> Stations:
+        """Where the ASVs keep station, (x, y) in m; none where they move."""
+        try:
+            return self.stations_m
+        except NoStations:
+            return ()
+
+    @fact
+    def nominal_stations_m(self) -> Stations:
+        """Where ASVs lie, for an estimate, (x, y) in m: a ring stands in for those that move, and
+        for a user-defined placement that cannot be asked.
+        """
+        try:
+            return self.stations_m
+        except (NoStations, PluginError):
+            pass
+        return self._ring(self.scenario.acoustics.hf.range_m, 0.0)
+
+    @fact
+    def nominal_route(self) -> RouteTraits:
+        """The route, for an estimate: lanes where a user-defined one cannot be asked."""
+        try:
+            return self.route
+        except PluginError:
+            return Lawnmower()
+
+    @fact
+    def are_steered(self) -> bool:
+        """Whether ASVs are told during the mission where to go; raises as `stations_m`."""
+        placement = self.scenario.asvs.formation
+        if isinstance(placement, OwnPlacement):
+            return not self.kept_stations_m
+        return placement.replanned is not None
+
+    @fact
+    def asv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
+        """The tracks (times (n,), s, places (n, 3), m) that ASVs repeat; None if they do not.
+
+        Raises:
+            ValueError: naming key and remedy, when one cannot be read or is not in the mission.
+        """
+        recording = self.scenario.asvs.formation.recording
+        if recording is None:
+            return None
+        tracks = [self.asv_track(asv) for asv in range(len(recording.files))]
+        return self._within_the_mission(tracks, recording.time_offset_s, "asvs.formation")
+
+    @fact
+    def failures(self) -> "Failures | None":
+        """When which ASVs fail (s); None where none does."""
+        given = self.scenario.asvs.failures
+        if not given:
+            return None
+        import numpy as np
+
+        from ..vehicles.fleet import Failures
+
+        return Failures(
+            self.scenario.asvs.count,
+            np.array([failure.asv for failure in given], dtype=np.intp),
+            np.array([failure.at_s for failure in given]),
+            np.array([np.inf if failure.until_s is None else failure.until_s for failure in given]),
+        )
+
+    @fact
+    def horizontal_reach_m(self) -> float:
+        """How far (m), seen from above, an ASV hears an AUV at the survey's greatest depth."""
+        return self._from_above(self.scenario.acoustics.hf)
+
+    @fact
+    def horizontal_mf_reach_m(self) -> float:
+        """How far (m), seen from above, an AUV at the survey's greatest depth hears an ASV."""
+        return self._from_above(self.scenario.acoustics.mf)
+
+    def _from_above(self, band: UplinkSection | Downlink) -> float:
+        if band.range_metric == "horizontal":
+            return band.range_m
+        return math.sqrt(max(band.range_m**2 - self.scenario.survey.deepest**2, 0.0))
+
+    @fact
+    def plan_view(self) -> "PlanView":
+        """What a user-defined placement or route may know."""
+        from .own_routes import PlanView
+
+        scenario, area = self.scenario, self.area
+        return PlanView(
+            auvs=scenario.auvs.count,
+            asvs=scenario.asvs.count,
+            side=area.across,
+            depth=scenario.survey.deepest,
+            hf_range=scenario.acoustics.hf.range_m,
+            mf_range=scenario.acoustics.mf.range_m,
+            speed=max(scenario.auvs.speeds),
+            turning_radius=max(self.turning_radii_m),
+            duration=scenario.duration_s,
+            corners=area.outline,
+        )
+
+    def auv_track(self, auv: int) -> "RecordedTrack":
+        """Return the track of a file that an AUV repeats (raises as `auv_tracks`)."""
+        from ..vehicles.tracks import read_track
+
+        route = self.scenario.auvs.route.recording
+        assert route is not None
+        file, which = route.sources[auv]
+        return read_track(
+            file,
+            route.time_offset_s,
+            which=which,
+            origin=self.origin_deg,
+            depth_m=self.scenario.survey.depth(auv),
+        )
+
+    def asv_track(self, asv: int) -> "RecordedTrack":
+        """Return the track of a file that an ASV repeats, at the surface whatever its depths."""
+        from ..vehicles.tracks import read_track
+
+        placement = self.scenario.asvs.formation.recording
+        assert placement is not None
+        file, which = placement.sources[asv]
+        origin, offset_s = self.origin_deg, placement.time_offset_s
+        return read_track(file, offset_s, which=which, origin=origin, depth_m=0.0, afloat=True)
+
+    def _within_the_mission(
+        self, tracks: "Sequence[RecordedTrack]", offset_s: float, section: str
+    ) -> "tuple[RecordedTrack, ...]":
+        from ..vehicles.tracks import misplaced
+
+        found = misplaced(tracks, offset_s, self.scenario.duration_s, section)
+        for number, problem in found:
+            raise ValueError(f"{section}.files.{number}: {problem}")
+        return tuple(tracks)
+
+    @property
+    def _known_origin(self) -> Position:
+        if self.origin_deg is None:
+            raise ValueError(
+                "latitude and longitude need environment.origin.lat_deg and lon_deg, where "
+                "x = y = 0; add them"
+            )
+        return self.origin_deg
+
+    def _positioned(self, route: AnyRoute) -> AnyRoute:
+        if not route.positions:
+            return route
+        origin = self._known_origin
+        return route.in_metres(lambda positions: in_metres(positions, origin))
+
+    @fact
+    def some_tracks_lack_depths(self) -> bool:
+        """Whether a track tells no depths, so that its AUV is at that of the survey."""
+        route = self.scenario.auvs.route.recording
+        if route is None:
+            return False
+        from ...models.charts.recordings import read_recording
+
+        try:
+            found = [read_recording(*source) for source in route.sources]
+        except ValueError:
+            return False  # which is told where they are read
+        return any(recording.lacks_depths for recording in found)
+
+    def _ring(self, radius: float, angle_rad: float) -> Stations:
+        """Return the stations of a regular formation about the middle of the survey."""
+        places, (x, y) = vertices(self.scenario.asvs.count, radius, angle_rad), self.area.centroid
+        if (x, y) == (0.0, 0.0):
+            return tuple(places)
+        return tuple((x + north, y + east) for north, east in places)
+
+
+def _centroid(corners: tuple[Position, ...]) -> Position:
+    """Return the centroid of a polygon, latitude and longitude (deg).
+
+    That of corners which make none is the first: whoever asks for their area is told what is wrong.
+    """
+    from ..geometry.geodesy import geodetic_from_ned
+
+    try:
+        middle = polygon(in_metres(corners, corners[0])).centroid
+    except ValueError:
+        return corners[0]
+    lat, lon, _ = geodetic_from_ned((*middle, 0.0), *corners[0])
+    return lat, lon
+
+
+def in_metres(positions: tuple[Position, ...], origin: Position) -> tuple[Point, ...]:
+    """Return positions, latitude and longitude (deg), as [x, y] (m) about an origin (deg).
+
+    >>> [(round(x), round(y)) for x, y in in_metres(((54.331, 10.18),), (54.33, 10.18))]
+    [(111, 0)]
+    """
+    import numpy as np  # which scenarios in metres do not need
+
+    from ..geometry.geodesy import ned_at_depth
+
+    lat, lon = np.array(positions, dtype=np.float64).reshape(-1, 2).T
+    places = ned_at_depth(lat, lon, np.zeros(len(lat)), origin)
+    return tuple((float(x), float(y)) for x, y in places[:, :2])

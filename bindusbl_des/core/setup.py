@@ -1,0 +1,270 @@
+"""What a scenario means: every fact that follows from its keys, derived once.
+
+>>> from bindusbl_des import Scenario, Setup
+>>> setup = Setup(Scenario(name="example", survey={"side_m": 60.0}))
+>>> round(setup.slots.uplink_slot, 3), setup.stations_m[0]
+(0.1, (50.0, 0.0))
+
+Each fact imports what it is worked out with, so that whoever asks for few, such as `validate`, does
+not wait for the rest.
+"""
+
+import math
+from collections.abc import Iterator
+from html import escape
+from typing import TYPE_CHECKING
+
+from ..support.facts import fact
+from ..support.plugins import PluginError
+from .scenario.own_sensors import Sensors
+from .scenario.scenario import Scenario, kept, site_of
+
+if TYPE_CHECKING:
+    from .acoustics.channel import AskedChannel
+    from .acoustics.loss import LossTerms
+    from .acoustics.messages import Messages
+    from .acoustics.named_channels import FrameChannel
+    from .acoustics.propagation import SignalBand
+    from .navigation.belief import Belief, Growth
+    from .protocol.anchors.placing import Room
+    from .protocol.slots import Slots
+    from .usbl.instrument import Usbl
+    from .usbl.measuring import Sheet
+    from .vehicles.vehicle import SegmentedTrajectory
+
+# Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
+SLOWEST_SOUND = 1300.0
+
+# Vessels that are told where to go set out so much later (s), at least.
+STARTING_S = 1.0
+
+
+class Setup(Sensors):
+    """The facts of a scenario: frozen, each derived when it is first asked for, and kept.
+
+    Places are in the survey frame (m; x north, y east or as the area is turned, z down), times in
+    seconds.  ``Setup.facts()`` yields the name and the meaning of each; in a notebook a setup shows
+    area, stations, slots, and who is within range of whom.
+    """
+
+    scenario: Scenario
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Take a scenario.  Facts that ask a user-defined part raise PluginError where it is not
+        allowed, or cannot be used.
+        """
+        self.__dict__.update(vars(site_of(scenario)))  # what its keys had to agree on
+
+    @staticmethod
+    def of(scenario: Scenario) -> "Setup":
+        """Return the facts of a scenario; those of the last one asked about are kept."""
+        return _of(scenario)
+
+    # The bands
+
+    @fact
+    def hf_band(self) -> "SignalBand":
+        """The HF band: its reach (m), the length of a ping (s), the speed of sound (m/s)."""
+        from .acoustics.propagation import SignalBand
+
+        hf = self.scenario.acoustics.hf
+        slant = hf.range_metric == "slant"
+        return SignalBand(slant, hf.range_m, hf.ping_s, self.sound_speed_m_per_s)
+
+    @fact
+    def ping_channel(self) -> "AskedChannel | None":
+        """The channel that is asked what becomes of pings; None for the compiled disc.
+
+        Raises:
+            ValueError: when the file of a curve or table is none.
+        """
+        from .acoustics.named_channels import ping_channel
+
+        return ping_channel(self)
+
+    @fact
+    def ping_loss(self) -> "LossTerms":
+        """How likely a ping is lost within the range of the disc."""
+        from .acoustics.named_channels import loss_of
+
+        acoustics, auvs = self.scenario.acoustics, self.scenario.auvs.count
+        sharing = 0 if self.scenario.protocol.asvs_ping else auvs
+        return loss_of(acoustics.loss, acoustics.hf.range_m, sharing)
+
+    @fact
+    def frame_channel(self) -> "FrameChannel | None":
+        """The channel that is asked what becomes of a frame, by its size (bytes) and airtime (s);
+        None for the disc.  Errors are those of `ping_channel`.
+        """
+        from .acoustics.named_channels import frame_channel
+
+        return frame_channel(self)
+
+    @fact
+    def messages(self) -> "Messages":
+        """The messages of the downlink: their sizes (bytes) and airtimes (s)."""
+        from .acoustics.messages import messages_of
+
+        told = self.scenario.auvs.count if self.tells_slots else 0
+        each = self.scenario.protocol.dissemination.assignment_bytes
+        return messages_of(self.scenario.acoustics.mf, each, told)
+
+    @fact
+    def slots(self) -> "Slots":
+        """Every duration (s) of the protocol: t_C, T_P, T_UL, guards, and the clock they keep."""
+        from .protocol.slots import slots_of
+
+        return slots_of(self, self.messages)
+
+    @fact
+    def reply_delay_s(self) -> float:
+        """How long (s) after a ping's front an ASV answers it; a frame waits for its end."""
+        protocol = self.scenario.protocol
+        early = protocol.answer.reply_at == "ping_front" and not protocol.replies_in_frames
+        return 0.0 if early else self.scenario.acoustics.hf.ping_s
+
+    @fact
+    def planned_auvs(self) -> "list[SegmentedTrajectory]":
+        """Where AUVs are in the mission as they are planned, AUV0 first; those with dynamics are
+        taken for vehicles without, at the speed that they are to go.
+
+        Raises:
+            ValueError: when the route cannot be flown.
+            PluginError: when a user-defined route is not allowed, or makes none.
+        """
+        from .protocol.predicted_positions import planned_vehicles
+
+        return planned_vehicles(self, self.scenario.duration_s)
+
+    # The instrument, and what navigators believe
+
+    @fact
+    def sheet(self) -> "Sheet | None":
+        """What the data sheet of the instrument states (m, rad); None if it has none."""
+        from .usbl.instrument import sheet_of
+
+        return sheet_of(self.scenario.usbl.model, self.ranging.calls)
+
+    @fact
+    def usbl(self) -> "Usbl":
+        """The USBL instrument as far as it is the same for all vehicles (SI, rad)."""
+        from .acoustics.named_channels import timing_sd_of
+        from .usbl.array import elements_of
+        from .usbl.instrument import Usbl
+
+        usbl = self.scenario.usbl
+        roll, pitch, heading = map(
+            math.radians, (usbl.roll_sd_deg, usbl.pitch_sd_deg, usbl.heading_sd_deg)
+        )
+        is_told = any(kind.name == "slow" for kind in self.estimated_errors)
+        return Usbl(
+            elements_of(usbl.array),
+            usbl.tdoa_sd_s,
+            usbl.travel_time_sd_s,
+            usbl.quantum_s,
+            (roll, pitch, heading),
+            usbl.gnss_sd_m,
+            self.assumed_sound_speed_m_per_s,
+            self.sound_speed_m_per_s,
+            self.sheet,
+            timing_sd_of(self.scenario.acoustics.hf),
+            self.taken.scenario.usbl.slow_share if is_told else 0.0,
+        )
+
+    @fact
+    def beliefs(self) -> "tuple[Belief, Growth]":
+        """What navigators believe at first (m, m/s), and how they become less sure."""
+        from .navigation.assumptions import assumed
+
+        return assumed(self.taken)
+
+    # How far, and how long, vehicles are looked after
+
+    @fact
+    def room(self) -> "Room":
+        """Where ASVs that move may go (m), and how long (s) sound travels in it at most.
+
+        Twice as far from the origin as any AUV is planned to be, none has a reason to be farther.
+        """
+        from .protocol.anchors.placing import Room
+
+        auvs, route, area = self.scenario.auvs, self.route, self.area
+        places = (
+            *(auvs.launch_m or ()), *(auvs.recovery_m or ()),
+            *(place for way in route.places for place in way),
+            *(place[:2] for _, track in self.auv_tracks or () for place in track),
+        )  # fmt: skip
+        extent = max(area.farthest, area.across, *(math.hypot(*place) for place in places))
+        vessels = (
+            *(getattr(self.scenario.asvs.formation, "start_m", None) or ()),
+            *(place[:2] for _, track in self.asv_tracks or () for place in track),
+        )
+        farthest = max([2.0 * extent, *(math.hypot(*place) for place in vessels)])
+        path = extent + farthest + self.scenario.survey.deepest
+        return Room(farthest, STARTING_S + path / SLOWEST_SOUND)
+
+    @fact
+    def afterwards_s(self) -> float:
+        """How long (s) after its end a mission still asks where vehicles are: sound sent at the
+        last instant is followed to the farthest vehicle.
+        """
+        area, auvs, stations = self.area, self.scenario.auvs, self.kept_stations_m
+        farthest = self.room.farthest_m
+        if stations:
+            farthest = max(math.hypot(x, y) for x, y in stations)
+        ends = [math.hypot(*place) for place in (*(auvs.launch_m or ()), *(auvs.recovery_m or ()))]
+        across = self.scenario.acoustics.hf.range_m + 2 * max(area.across, area.farthest, *ends)
+        return 2.0 + (farthest + across + self.scenario.survey.deepest) / SLOWEST_SOUND
+
+    @fact
+    def control_intervals(self) -> int:
+        """How many control intervals a trajectory has that outlasts the mission a little."""
+        from .vehicles.currents import CONTROL_S
+
+        return math.ceil((self.scenario.duration_s + self.afterwards_s) / CONTROL_S)
+
+    def __repr__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(repr(self))}</pre>"
+
+    def _lines(self) -> Iterator[str]:
+        """Yield what a reader wants to see first."""
+        scenario, slots = self.scenario, self.slots
+        yield f"{scenario.name}: {self.area.words}, {scenario.duration_s:g} s"
+        if self.origin_deg is not None:
+            yield f"x = y = 0 at {self.origin_deg[0]:.6f}, {self.origin_deg[1]:.6f} deg"
+        hf, mf = scenario.acoustics.hf.range_m, scenario.acoustics.mf.range_m
+        yield f"sound {self.sound_speed_m_per_s:.1f} m/s, HF {hf:g} m, MF {mf:g} m"
+        yield (
+            f"slots: crossing {1e3 * slots.crossing_time:.1f} ms, uplink "
+            f"{1e3 * slots.uplink_slot:.1f} ms, frame of all fixes "
+            f"{1e3 * slots.airtime(scenario.auvs.count):.0f} ms"
+        )
+        stations = self.kept_stations_m
+        if not stations:
+            yield f"{scenario.asvs.count} ASVs move ({scenario.asvs.formation.choice})"
+            return
+        for number, (x, y) in enumerate(stations):
+            yield f"ASV{number} at ({x:.1f}, {y:.1f}) m{self._hears(number)}"
+
+    def _hears(self, asv: int) -> str:
+        """Return which AUVs are within HF range of an ASV as the mission begins, in words."""
+        import numpy as np
+
+        from .protocol.conflicts import hearing
+
+        try:
+            fleet = self.planned_auvs
+        except (PluginError, ValueError):
+            return ""
+        starts = np.array([vehicle.at(0.0)[:3] for vehicle in fleet])
+        station = np.array([[*self.stations_m[asv], 0.0]])
+        heard = hearing(starts, station, self.hf_band.reach, self.hf_band.slant)[:, 0]
+        names = [f"AUV{auv}" for auv in np.flatnonzero(heard)]
+        return f", at first within HF range of {', '.join(names) or 'no AUV'}"
+
+
+# Facts of the last scenario that was asked about
+_of = kept(Setup)

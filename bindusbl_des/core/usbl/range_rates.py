@@ -1,0 +1,72 @@
+"""What a receiver tells of a ping by its Doppler shift: how fast the way between both grows.
+
+The rate is that of both vehicles' velocities along the way: the sender's as it pings, the
+receiver's as the ping is there.  It is told in m/s by the sound speed that is assumed.
+"""
+
+from math import isnan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...support.compiled import compiled
+from ...support.packed import unpacked
+from ...support.streams import Purpose, Streams, normal, pair_keys
+from ..acoustics.signals import Sounds
+from ..acoustics.sounds import Sea, place_of, rate_of, velocity_of
+from ..records.events import HEARD
+from ..records.rows import Rows
+
+
+class Shift(NamedTuple):
+    """What range rates are measured with: by which the noise of each pair of an AUV and an ASV is
+    drawn (AUVs, ASVs), its standard deviation (m/s), what they are told longer by, by the sound
+    speed assumed, and whether ASVs ping.
+    """
+
+    keys: NDArray[np.uint64]
+    sd: float
+    scale: float
+    asvs_ping: bool
+
+
+class RangeRates:
+    """Measures the rates of all receptions that were heard, once they have been."""
+
+    def __init__(
+        self, sd: float, scale: float, streams: Streams, auvs: int, asvs: int, *, asvs_ping: bool
+    ) -> None:
+        """Measure with a standard deviation (m/s), and `scale` as of :class:`Shift`; what noise a
+        ping has depends on its number and its pair of vehicles alone.
+        """
+        keys = np.array([pair_keys(streams, Purpose.RANGE_RATE, auv, asvs) for auv in range(auvs)])
+        self._shift = Shift(keys, sd, scale, asvs_ping)
+
+    def note(self, sounds: Sounds, pings: Rows, receptions: Rows) -> None:
+        """Write to receptions, of `pings` that are all on record, the rates of those heard."""
+        measure(sounds.sea.address, pings, receptions, *self._shift)
+
+
+@compiled
+def measure(
+    packed: int, pings: Rows, receptions: Rows, keys: NDArray[np.uint64], sd: float, scale: float,
+    asvs_ping: bool,
+) -> None:  # fmt: skip
+    """Write the rates of receptions, as of :class:`RangeRates`, that were heard and have none, and
+    how fast their ASVs went; `packed` is the address of a :class:`..acoustics.sounds.Sea`.
+    """
+    sea = unpacked(packed, Sea)
+    auvs = sea.auvs.first.size - 1
+    for line in receptions:
+        if line.outcome != HEARD or not isnan(line.range_rate_m_per_s):
+            continue
+        auv, asv, sent_at = line.auv, auvs + line.asv, pings[line.ping].sent_at_s
+        by_auv, by_asv = sent_at, line.arrived_at_s
+        if asvs_ping:
+            by_auv, by_asv = by_asv, by_auv
+        here, there = place_of(auv, by_auv, sea), place_of(asv, by_asv, sea)
+        moves, goes = velocity_of(auv, by_auv, sea), velocity_of(asv, by_asv, sea)
+        noise = normal(keys[auv, line.asv], 0, line.ping, 0)
+        line.range_rate_m_per_s = scale * rate_of(here, moves, there, goes) + sd * noise
+        line.own_x_m_per_s, line.own_y_m_per_s, line.own_z_m_per_s = goes

@@ -1,0 +1,410 @@
+"""How a measurement moves with systematic errors (attitude, GNSS, sound speed, clocks, and what of
+acoustic errors is slow): the Jacobian J of a fix, and what these errors make of its covariance.
+"""
+
+from math import hypot, isnan, sqrt
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from ...support.arrays import Floats
+from ...support.compiled import compiled, written_out
+from ..records.rows import NONE, Row, Rows
+from ..vehicles.currents import CONTROL_S
+from .array import (
+    Vector,
+    across_by_metric,
+    divided,
+    dot,
+    length,
+    plus,
+    scaled,
+    tangents,
+    turned,
+    turned_back,
+    weighted,
+)
+from .measuring import (
+    Instrument,
+    Sighting,
+    angle_sds,
+    spread_sd,
+    stated_aside,
+    timed_sd,
+    turned_aside,
+)
+
+# Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
+# m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
+# per s of the clock; these two are shared by all that hear a ping.  Then per standard deviation of
+# the slow part of the range, and of three numbers that make that of the direction.
+MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK, SLOW_RANGE, SLOW_ASIDE = 0, 1, 3, 5, 6, 7, 8
+EFFECTS = 11
+
+# What is known: standard deviations along these columns but for the clock, that of its offset (s)
+# and of its drift, the standard normal number below which a measurement is an outlier and the
+# spread of these (m), and the columns of J at which each kind begins (NONE: it is not told).
+SYSTEMATIC = np.dtype(
+    [
+        ("sd", "f8", (CLOCK,)),
+        ("clock_offset_sd_s", "f8"),
+        ("clock_drift_sd", "f8"),
+        ("outliers_below", "f8"),
+        ("outlier_sd_m", "f8"),
+        ("misalignment_at", "i8"),
+        ("gnss_at", "i8"),
+        ("sound_speed_at", "i8"),
+        ("clock_at", "i8"),
+        ("slow_at", "i8"),
+    ]
+)
+
+# Slow numbers of a pair of vehicles
+SLOW = EFFECTS - SLOW_RANGE
+
+# A range of so many standard deviations of the clock is half near, half far.
+NEAR = 3.0
+
+# What is nearer (m) lies in no direction: a clock that is off may leave nothing of a range.
+AT_THE_ARRAY = 1e-3
+
+
+class Systematic(NamedTuple):
+    """What lasts through a mission.
+
+    A record of SYSTEMATIC and the variances (k,) of what J belongs to; and the truth: heading
+    misalignments of the ASVs (m,), rad, their GNSS errors (m, n, 2), m, each for CONTROL_S, and how
+    late (s) each AUV's clock is at first, and how much later each second (auvs, 2).
+    """
+
+    levels: Row
+    variances: Floats
+    misalignments: Floats
+    gnss: Floats
+    clocks: Floats
+
+
+class PackedErrors(NamedTuple):
+    """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
+    it writes how each fix depends on that, `jacobians` (fixes, 2, 4 k + 2), and the covariance that
+    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Jacobians`.
+    """
+
+    levels: Annotated[Rows, SYSTEMATIC]
+    variances: Floats
+    misalignments: Floats
+    gnss: Annotated[Floats, 3]
+    clocks: Annotated[Floats, 2]
+    jacobians: Annotated[Floats, 3]
+    left: Annotated[Floats, 2]
+
+
+@written_out
+def systematic_of(packed: PackedErrors) -> Systematic:
+    """Return what lasts, of what was handed over."""
+    return Systematic(
+        packed.levels[0], packed.variances, packed.misalignments, packed.gnss, packed.clocks
+    )
+
+
+@compiled
+def astray(asv: int, time: float, systematic: Systematic) -> Vector:
+    """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
+    own = systematic.gnss[asv]
+    now = min(int(time / CONTROL_S), len(own) - 1)
+    return own[now, 0], own[now, 1], 0.0
+
+
+@compiled
+def deviations(time: float, levels: Row) -> Floats:
+    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s) at which the
+    AUV's clock is read; NaN where it is not.
+    """
+    sds = np.ones(EFFECTS)  # those of slow errors
+    sds[:CLOCK] = levels.sd
+    sds[CLOCK] = 0.0
+    if not isnan(time):
+        sds[CLOCK] = hypot(levels.clock_offset_sd_s, levels.clock_drift_sd * time)
+    return sds
+
+
+@compiled
+def kept(ahead: Vector, reach: float) -> float:
+    """Return how much of a range (m) an offset keeps that :func:`.measuring.debias` shortens."""
+    return 1.0 if reach == 0.0 else length(ahead) / abs(reach)
+
+
+@compiled
+def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
+    """Return the effects (4, EFFECTS) of what turns an offset `ahead` (3,), m, or moves its origin.
+
+    A sound speed taken for too high makes the plane wave that fits the arrivals longer.  Where the
+    array resolves some axes better, the direction that comes nearest to it is another one: turned
+    by T (T^T M T)^-1 T^T M s, T spanning the plane across s.
+    """
+    effects = np.zeros((4, EFFECTS))
+    effects[0, MISALIGNMENT], effects[1, MISALIGNMENT] = -ahead[1], ahead[0]
+    effects[0, GNSS] = effects[1, GNSS + 1] = 1.0
+    within = turned_back(seen.believed, seen.unit)
+    east, down = tangents(within)
+    x, y, determinant = across_by_metric(instrument.metric, east, down, within)
+    aside = scaled(plus(scaled(east, x), scaled(down, y)), kept(ahead, 1.0))
+    moved = turned(seen.believed, divided(aside, determinant))
+    for axis in range(3):
+        effects[axis, SOUND_SPEED] = moved[axis]
+    if instrument.levels.slow_share > 0.0:
+        _slow_aside(effects, (ahead[0], ahead[1], seen.below), seen, instrument)
+    return effects
+
+
+@compiled
+def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument) -> None:
+    """Write to effects (4, EFFECTS) what slow errors of a direction make of an offset (3,), m, at
+    the depth of the AUV: it is known, that of a fix errs by what elevation does.
+
+    An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
+    M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has the three of
+    :func:`.measuring.stated_aside`; or the place along each axis, whatever the direction.
+    """
+    levels, share = instrument.levels, sqrt(instrument.levels.slow_share)
+    away = length(ahead)
+    if away < AT_THE_ARRAY:
+        return
+    within = turned_back(seen.believed, divided(ahead, away))
+    east, down = tangents(within)
+    if levels.has_sheet:
+        sds = angle_sds(seen.snr_db, levels)
+        for k in range(3):
+            if states_place(levels):
+                effects[k, SLOW_ASIDE + k] = share * spread_sd(away, levels)
+                continue
+            one = 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0
+            moved = turned(seen.believed, stated_aside(east, down, sds, one))
+            for axis in range(3):
+                effects[axis, SLOW_ASIDE + k] = share * away * moved[axis]
+        return
+    sd = share * levels.sound_speed_m_per_s * timed_sd(levels.element_sd_s, seen.snr_db, levels)
+    a, b = weighted(instrument.metric, east, east), weighted(instrument.metric, east, down)
+    d, root = weighted(instrument.metric, down, down), _root(instrument.metric)
+    for k in range(3):
+        column = root[0, k], root[1, k], root[2, k]
+        f, g = dot(east, column), dot(down, column)
+        aside = plus(scaled(east, d * f - b * g), scaled(down, a * g - b * f))
+        moved = turned(seen.believed, scaled(aside, away * sd / (a * d - b * b)))
+        for axis in range(3):
+            effects[axis, SLOW_ASIDE + k] = moved[axis]
+
+
+@compiled
+def _root(metric: Floats) -> Floats:
+    """Return the lower triangular L (3, 3) of a metric M = L L^T (A.-L. Cholesky)."""
+    out = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(i + 1):
+            left = metric[i, j]
+            for k in range(j):
+                left -= out[i, k] * out[j, k]
+            out[i, j] = sqrt(left) if i == j else left / out[j, j]
+    return out
+
+
+@compiled
+def states_place(levels: Row) -> bool:
+    """Tell whether a data sheet states the accuracy of a place, not that of a direction."""
+    return bool(levels.spread_sd_m > 0.0 or levels.spread_share > 0.0)
+
+
+@compiled
+def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
+    """Shorten what a range errs by where geometry tells little (:func:`.two_way.dated`).
+
+    No error makes more of it than two places on a `baseline` (3,), m, differ, and of that of the
+    sound speed what it makes of the whole `path` (m).
+    """
+    square = dot(baseline, baseline) / 6
+    for k in range(EFFECTS):
+        if k in (CLOCK, SLOW_RANGE):
+            continue
+        own = (sds[k] * path) ** 2 if k == SOUND_SPEED else 0.0
+        variance = (sds[k] * farther[k]) ** 2
+        if variance > square + own:
+            farther[k] *= sqrt((square + own) / variance)
+
+
+@compiled
+def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> None:
+    """Add what a range is longer by (m) to the effects; it is less of the call's way."""
+    for k in range(EFFECTS):
+        for i in range(3):
+            effects[i, k] += kept * unit[i] * farther[k]
+        effects[3, k] = farther[k]
+
+
+@compiled
+def changes(
+    effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument, clock_m: float
+) -> Floats:
+    """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
+
+    They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
+    speed grow with its length as well; those of slow errors are differences.  A navigator needs
+    them where it knows better where the AUV is than the fix does: noise of the fix that is in its
+    J, too, would look as if it told something of clocks and sound speeds that no geometry tells.
+    Of a clock that errs by as much (`clock_m`, sd) as the range is long nobody knows how fast the
+    direction turns.
+    """
+    out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
+    if square < AT_THE_ARRAY**2:
+        return out
+    for axis in range(2):
+        grown, turn = ahead[axis] / square, (-ahead[1] if axis == 0 else ahead[0]) / square
+        for k in (MISALIGNMENT, SOUND_SPEED):
+            out[axis, 0, k] = grown * effects[0, k] - turn * effects[1, k]
+            out[axis, 1, k] = grown * effects[1, k] + turn * effects[0, k]
+        turn *= _far_share(ahead, clock_m)
+        out[axis, 0, CLOCK] = -turn * effects[1, CLOCK]
+        out[axis, 1, CLOCK] = turn * effects[0, CLOCK]
+    if instrument.levels.slow_share > 0.0:
+        _slow_changes(out, effects, ahead, seen, instrument)
+    return out
+
+
+@compiled
+def _far_share(ahead: Vector, clock_m: float) -> float:
+    """Return which share of an offset's turning (3,), m, a clock (sd, m) leaves certain."""
+    square = dot(ahead, ahead)
+    return square / (square + (NEAR * clock_m) ** 2)
+
+
+@compiled
+def add_unknown_turn(
+    covariance: Floats, ahead: Vector, clock_m: float, seen: Sighting, instrument: Instrument
+) -> None:
+    """Add to a covariance (3, 3) or larger, m2, what a direction errs by at the rest of the range,
+    of which a clock (sd, m) leaves nobody certain: see :func:`changes`.
+    """
+    if clock_m <= 0.0:
+        return
+    away = sqrt(1.0 - _far_share(ahead, clock_m)) * clock_m
+    aside = turned_aside(seen, away, instrument)
+    for i in range(3):
+        for j in range(3):
+            covariance[i, j] += aside[i, j]
+
+
+@compiled
+def _slow_changes(
+    out: Floats, effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument
+) -> None:
+    """Write how effects of slow errors change, by those of offsets a little to either side."""
+    step, ahead = 1e-3 * length(ahead), (ahead[0], ahead[1], seen.below)
+    ranged = effects[0, SLOW_RANGE], effects[1, SLOW_RANGE], effects[2, SLOW_RANGE]
+    near = np.zeros((4, EFFECTS))
+    for axis in range(2):
+        for side in (-1.0, 1.0):
+            moved = plus(ahead, (side * step, 0.0, 0.0) if axis == 0 else (0.0, side * step, 0.0))
+            _slow_aside(near, moved, seen, instrument)
+            for i in range(3):
+                near[i, SLOW_RANGE] = length(ranged) * moved[i] / length(moved)
+                for k in range(SLOW_RANGE, EFFECTS):
+                    out[axis, i, k] += side * near[i, k] / (2.0 * step)
+
+
+@compiled
+def bent(effects: Floats, ahead: Vector, instrument: Instrument) -> Floats:
+    """Return the second derivatives (4, EFFECTS) of a fix by what turns its offset (3,), m: the
+    misalignment about z; what a slow error moves aside goes round a sphere.
+    """
+    out = np.zeros((4, EFFECTS))
+    out[0, MISALIGNMENT], out[1, MISALIGNMENT] = -ahead[0], -ahead[1]
+    square = dot(ahead, ahead)
+    if states_place(instrument.levels) or square < AT_THE_ARRAY**2:
+        return out
+    for k in range(SLOW_ASIDE, EFFECTS):
+        aside = effects[0, k] ** 2 + effects[1, k] ** 2 + effects[2, k] ** 2
+        for i in range(3):
+            out[i, k] = -aside / square * ahead[i]
+    return out
+
+
+@compiled
+def noise_of(covariance: Floats, jacobians: Floats, variances: Floats) -> Floats:
+    """Return what is left of a covariance (3, 3), m2, without errors of some `variances` (k,);
+    `jacobians` (3, 2 k) are what it holds of their squares, then of themselves.
+    """
+    out, count = covariance.copy(), variances.size
+    for k in range(2 * count):
+        variance = variances[k - count] if k >= count else 0.75 * variances[k] ** 2
+        for i in range(3):
+            for j in range(3):
+                out[i, j] -= variance * jacobians[i, k] * jacobians[j, k]
+    for i in range(3):
+        out[i, i] = max(out[i, i], 0.0)
+    return out
+
+
+@compiled
+def level_part(covariance: Floats) -> Floats:
+    """Return xx, yy, xy (3,) of a covariance (3, 3)."""
+    return np.array((covariance[0, 0], covariance[1, 1], covariance[0, 1]))
+
+
+@compiled
+def add_own(covariance: Floats, effects: Floats, bends: Floats, sds: Floats) -> None:
+    """Add what an ASV has by itself (misalignment, GNSS, slow errors) to a covariance, m2.
+
+    A misalignment turns the offset on a circle: its square has a mean, too, E x^4 / 4 = 3 sd^4 / 4.
+    """
+    for k in range(EFFECTS):
+        if k < CALLER or k >= SLOW_RANGE:
+            add(covariance, effects[:, k], sds[k] ** 2)
+    for k in range(EFFECTS):
+        if k == MISALIGNMENT or k >= SLOW_ASIDE:
+            add(covariance, bends[:, k], 0.75 * sds[k] ** 4)
+
+
+@compiled
+def add(covariance: Floats, effect: Floats, variance: float) -> None:
+    """Add what an error of some variance makes to a covariance (n, n), m2, in its place."""
+    for i in range(len(covariance)):
+        for j in range(len(covariance)):
+            covariance[i, j] += variance * effect[i] * effect[j]
+
+
+class Whose(NamedTuple):
+    """Whose errors a measurement has: the number of the array among those that J tells of, the ASV,
+    who has called it (NONE: nobody), and when (s) the AUV's clock was read, NaN for an answer.
+    """
+
+    array: int
+    asv: int
+    caller: int
+    clock_at_s: float
+
+
+@compiled
+def spread_out(effects: Floats, out: Floats, whose: Whose, levels: Row) -> None:
+    """Write effects (4, EFFECTS) to their columns of J (4, k)."""
+    if levels.misalignment_at != NONE:
+        out[:, levels.misalignment_at + whose.array] = effects[:, MISALIGNMENT]
+    if levels.gnss_at != NONE:
+        for axis in range(2):
+            out[:, levels.gnss_at + 2 * whose.asv + axis] += effects[:, GNSS + axis]
+            if whose.caller != NONE:
+                out[:, levels.gnss_at + 2 * whose.caller + axis] += effects[:, CALLER + axis]
+    if levels.sound_speed_at != NONE:
+        out[:, levels.sound_speed_at] = effects[:, SOUND_SPEED]
+    if levels.clock_at != NONE and not isnan(whose.clock_at_s):
+        out[:, levels.clock_at] = effects[:, CLOCK]
+        out[:, levels.clock_at + 1] = whose.clock_at_s * effects[:, CLOCK]
+    if levels.slow_at != NONE:
+        for k in range(SLOW):
+            out[:, levels.slow_at + SLOW * whose.asv + k] = effects[:, SLOW_RANGE + k]
+
+
+@compiled
+def move(jacobians: Floats, way: Floats) -> None:
+    """Move the place at which J (n, 5 k + 1) holds by a `way` (m)."""
+    count = jacobians.shape[1] // 5
+    for axis in range(2):
+        jacobians[:, :count] += way[axis] * jacobians[:, (1 + axis) * count : (2 + axis) * count]

@@ -1,0 +1,322 @@
+"""The answer to a call, which is ranged by the whole way of both.
+
+ASVs share their clock, GNSS time, and what they measured: how long the sound was under way from the
+caller to the AUV and from there to themselves.  The two places of the AUV are those at which it
+heard the call and at which it answered, a ping and a turnaround later.  One ASV finds its range by
+itself, the caller if it heard the answer.  That tells when the AUV answered, and with it the range
+of all others, whose errors contain that of the first (eq. rtt; the turnaround is known and
+removed).
+"""
+
+import math
+from math import hypot, isnan, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from ...support.arrays import Floats
+from ...support.compiled import compiled, inlined
+from ..records.events import HEARD
+from ..records.rows import NONE, Row, Rows
+from ..vehicles.motion import Motion, where
+from .array import (
+    NOTHING,
+    Vector,
+    divided,
+    dot,
+    length,
+    minus,
+    negative,
+    plus,
+    rotation,
+    scaled,
+    turned,
+)
+from .fusion import fuse_shared, product
+from .measuring import (
+    SHORTEST_RANGE,
+    Instrument,
+    Sighting,
+    clocked,
+    gnss_noise,
+    path_sd,
+    placed,
+    sighted,
+    spread_sd,
+)
+from .sights import note_answer, note_direction, note_sight
+from .systematic_effects import Systematic, astray
+
+# A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
+IN_LINE = 1e-9
+
+
+class OwnRange(NamedTuple):
+    """How far (m) an AUV was from who heard its answer.
+
+    `share` of an error of the path goes into the range; the AUV lies from the caller along the unit
+    vector `bearing` (3,); the range grows by `lean` (3,) per metre across the direction.  In
+    `doubt` (m2) it is whatever the errors only where the AUV lies between the two, where every
+    range makes the same path.
+    """
+
+    reach: float
+    share: float
+    bearing: Vector
+    lean: Vector
+    doubt: float
+
+
+class PathErrors(NamedTuple):
+    """Variances (m2): of a path's own length, of the AUV's motion between call and answer, of what
+    moves the whole fix of who heard it (GNSS), and of the GNSS of the caller if that is another
+    (else 0).
+    """
+
+    timing: float
+    motion: float
+    gnss: float
+    other_gnss: float
+
+
+@compiled
+def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
+    """Return how far an AUV in a direction was, when call and answer took a `path` (m).
+
+    `baseline` (3,), m, points from who heard the answer to where the call was sent: 0 for a caller
+    that keeps its place, who takes half the path; others look for a point of an ellipse.
+
+    >>> [round(x, 9) for x in own_range(100.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))[:2]]
+    [50.0, 0.5]
+    >>> aside = own_range(90.0, (0.0, 30.0, 0.0), (1.0, 0.0, 0.0))
+    >>> round(aside[0], 9), round(90.0 - math.hypot(aside[0], 30.0), 9)
+    (40.0, 40.0)
+    """
+    along, square = dot(unit, baseline), dot(baseline, baseline)
+    whole = max(path, math.sqrt(square))
+    rest = whole - along
+    if rest <= IN_LINE * whole:
+        return OwnRange(whole / 2, 0.5, negative(unit), NOTHING, square / 12)
+    reach = (whole**2 - square) / (2 * rest)
+    lean = divided(minus(baseline, scaled(unit, along)), rest)
+    bearing = minus(scaled(unit, reach), baseline)
+    way = length(bearing)
+    if way <= IN_LINE * whole:
+        return OwnRange(reach, 0.5, unit, lean, 0.0)
+    return OwnRange(reach, (whole - reach) / rest, divided(bearing, way), lean, 0.0)
+
+
+@compiled
+def limited_share(own: OwnRange, limit: float, errors: PathErrors) -> float:
+    """Return the share of an error of the path that goes into the range: it makes no more of it
+    than the path itself and a `limit` (m2).
+    """
+    drawn = own.share**2 * (errors.timing + errors.motion + 2 * errors.other_gnss)
+    most = errors.timing + errors.motion + limit
+    return own.share if drawn <= most else own.share * math.sqrt(most / drawn)
+
+
+@compiled
+def dated(
+    covariance: Floats, unit: Vector, own: OwnRange, limit: float, errors: PathErrors
+) -> Floats:
+    """Return the covariance (4, 4), m2, of a fix by a range of one's own and of the call's way.
+
+    The call's way is what remains of the path, and tells all others when the AUV answered.
+    `covariance` (3, 3) is that of the direction and of the ASV's GNSS; the range errs by a share of
+    the path's own error, of the AUV's motion, and where another ASV has called of both GNSS errors
+    along the bearing, and it leans on the error of the direction.  However little the geometry
+    tells, the AUV lies on an ellipse: neither direction nor path make more than a `limit` (m2) of
+    it.
+    """
+    share, timing, motion = limited_share(own, limit, errors), errors.timing, errors.motion
+    tilt = np.zeros(3)  # covariance of the place with what the direction makes of the range
+    variance = 0.0
+    for i in range(3):
+        for j in range(3):
+            tilt[i] += (covariance[i, j] - (errors.gnss if i == j else 0.0)) * own.lean[j]
+        variance += own.lean[i] * tilt[i]
+    if variance > limit:
+        tilt *= math.sqrt(limit / variance)
+        variance = limit
+    variance += share**2 * (timing + motion + 2 * errors.other_gnss) + own.doubt
+    out = np.empty((4, 4))
+    for i in range(3):
+        tilt[i] -= share * errors.other_gnss * own.bearing[i]
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = covariance[i, j] + variance * unit[i] * unit[j]
+            out[i, j] += tilt[i] * unit[j] + unit[i] * tilt[j]
+        out[i, 3] = out[3, i] = (variance - share * timing) * unit[i] + tilt[i]
+    out[3, 3] = variance - 2 * share * timing + timing
+    return out
+
+
+class Heard(NamedTuple):
+    """A ping and its receptions (n,), of which one or more were decoded; the `noise` of each,
+    standard normal numbers (n or more, NOISE_WIDTH or more).
+    """
+
+    ping: Row
+    receptions: Rows
+    noise: Floats
+
+
+class Alone(NamedTuple):
+    """What one ASV makes of an answer by itself: the fix (3,), m, the covariance (4, 4), m2, of it
+    and of (less) the length of the call's way, its range, and how much longer (m per m) that is
+    where the call's way is.
+    """
+
+    fix: Floats
+    covariance: Floats
+    own: OwnRange
+    share: float
+
+
+@compiled
+def two_way(
+    heard: Heard, asvs: Motion, instrument: Instrument, strayed: float
+) -> tuple[Floats, Floats]:
+    """Return the fix (3,), m, of an answer to a call, and its covariance (3, 3), m2.
+
+    `strayed` (m2) is how far the AUV may have gone between the two.
+    """
+    reference, levels = first_to_locate(heard), instrument.levels
+    seen = sighting(heard, reference, asvs, instrument, None)
+    baseline = way_to_caller(heard, reference, seen, asvs, instrument)
+    alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
+    state, spread, jacobian = np.zeros(4), alone.covariance, np.empty((3, 1))
+    state[:3] = alone.fix
+    _note(heard, reference, seen, asvs, instrument)
+    call_way = seen.path - alone.own.reach
+    for row in range(len(heard.receptions)):
+        if heard.receptions[row].outcome == HEARD and row != reference:
+            seen = sighting(heard, row, asvs, instrument, None)
+            _note(heard, row, seen, asvs, instrument)
+            reach, ranging_sd = max(seen.path - call_way, 0.0), path_sd(seen.path, levels)
+            fix, other = placed(seen, reach, ranging_sd, heard.noise[row], instrument)
+            for k in range(3):
+                jacobian[k, 0] = -seen.unit[k]
+            state, spread, _, _ = fuse_shared(state, spread, fix, other, jacobian)
+    return state[:3].copy(), spread[:3, :3].copy()
+
+
+@compiled
+def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument) -> None:
+    """Note what an ASV has measured of an answer."""
+    half, levels = seen.path / 2, instrument.levels
+    fix, noise = placed(seen, half, path_sd(half, levels), heard.noise[row], instrument)
+    reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
+    note_sight(reception, fix, seen, half, noise, instrument)
+    note_answer(reception, heard.ping, seen.path, baseline, levels)
+
+
+@compiled
+def first_to_locate(heard: Heard) -> int:
+    """Return the reception that locates an AUV first: the caller's if it has heard the answer."""
+    first = NONE
+    for row in range(len(heard.receptions)):
+        reception = heard.receptions[row]
+        if reception.outcome == HEARD and (first == NONE or reception.asv == heard.ping.called_by):
+            first = row
+    return first
+
+
+@compiled
+def sighting(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, errors: Systematic | None
+) -> Sighting:
+    """Return what an ASV measures of a reception, with what lasts if anything does: by the clock of
+    the AUV, or for an answer of all ASVs.
+    """
+    ping, reception = heard.ping, heard.receptions[row]
+    x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
+    vessel, under_way, off = (x, y, z), reception.travel_time_s, NOTHING
+    source = ping.x_m, ping.y_m, ping.z_m
+    if not isnan(reception.lowered):  # it seems to be later, and higher or lower: echoes blend in
+        under_way += reception.late_s
+        ahead, aside, below = minus(source, vessel)
+        reach = max(hypot(hypot(ahead, aside), below), SHORTEST_RANGE)
+        sine = min(max(below / reach + reception.lowered, -1.0), 1.0)
+        level = reach * sqrt(1.0 - sine * sine) / max(hypot(ahead, aside), SHORTEST_RANGE)
+        source = plus(vessel, (level * ahead, level * aside, reach * sine))
+    if not isnan(ping.call_time_s):
+        under_way = ping.call_time_s + under_way
+    elif errors is not None:
+        late, later = errors.clocks[ping.auv]
+        under_way = under_way + late + later * ping.sent_at_s
+    if errors is not None:
+        off = astray(reception.asv, reception.arrived_at_s, errors)
+    view = View(source, vessel, yaw, under_way, ping.z_m - z, off)
+    return measure(view, reception, reception.asv, heard.noise[row], instrument, errors)
+
+
+class View(NamedTuple):
+    """How an array sees a source: where that seems to be and where the array is (3,), m, and heads
+    (rad), how long (s) the sound seems to have been under way, how far (m) the source is below, and
+    how far (3,), m, who carries the array is slowly astray.
+    """
+
+    source: Vector
+    array: Vector
+    yaw: float
+    under_way: float
+    below: float
+    off: Vector
+
+
+@inlined
+def measure(
+    view: View, reception: Row, carrier: int, noise: Floats, instrument: Instrument,
+    errors: Systematic | None,
+) -> Sighting:  # fmt: skip
+    """Return what an array measures of a source, by a row of noise; its `carrier` is the number of
+    its vehicle among those with arrays.  Note the direction.
+    """
+    snr_db, place = reception.snr_db, view.array
+    unit, believed = sighted(view.source, place, view.yaw, snr_db, noise, instrument)
+    path = instrument.levels.sound_speed_m_per_s * clocked(view.under_way, noise, instrument)
+    if errors is not None:
+        turn = rotation(0.0, 0.0, errors.misalignments[carrier])
+        unit, believed = turned(turn, unit), product(turn, believed)
+        place = plus(place, view.off)
+    note_direction(reception, unit, believed)
+    return Sighting(place, unit, believed, path, snr_db, view.below)
+
+
+@compiled
+def way_to_caller(
+    heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument
+) -> Vector:
+    """Return where the call was sent as seen from who heard its answer (3,), m, by their GNSS."""
+    x, y, z, _ = where(asvs, heard.ping.called_by, heard.ping.called_at_s)
+    baseline, gnss_sd = minus((x, y, z), seen.vessel), instrument.levels.gnss_sd_m
+    if heard.receptions[row].asv != heard.ping.called_by:
+        astray = NOTHING  # the caller's GNSS error, which lasts for as long as call and answer
+        for other in range(len(heard.receptions)):
+            if heard.receptions[other].asv == heard.ping.called_by:
+                astray = scaled(gnss_noise(heard.noise[other]), gnss_sd)
+        own = scaled(gnss_noise(heard.noise[row]), gnss_sd)
+        baseline = minus(plus(baseline, astray), own)
+    return baseline
+
+
+@compiled
+def by_itself(
+    seen: Sighting, baseline: Vector, heard: Heard, row: int, instrument: Instrument, strayed: float
+) -> Alone:
+    """Locate an AUV by one reception of its answer; `baseline` as of :func:`way_to_caller`."""
+    levels, noise = instrument.levels, heard.noise[row]
+    gnss, other_gnss = levels.gnss_sd_m**2, 0.0
+    if heard.receptions[row].asv != heard.ping.called_by:
+        other_gnss = gnss
+    own = own_range(seen.path, baseline, seen.unit)
+    fix, covariance = placed(seen, own.reach, 0.0, noise, instrument)
+    # of which the range does not depend
+    beside = gnss + (1.0 - levels.slow_share) * spread_sd(own.reach, levels) ** 2
+    limit = dot(baseline, baseline) / 6  # two places on a line
+    level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
+    errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)
+    spread = dated(covariance, seen.unit, own, limit, errors)
+    return Alone(fix, spread, own, limited_share(own, limit, errors))

@@ -1,0 +1,274 @@
+"""A fleet under its controllers: look, steer, hold the command for an interval, look again.
+
+Within a control interval nothing is decided; so how many intervals are flown at a time changes no
+bit of where anybody goes.
+"""
+
+from math import ceil, hypot, isfinite, nan
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from ....support.arrays import Flags, Floats, Ints
+from ....support.compiled import compiled, inlined
+from ....support.packed import unpacked
+from ...records.rows import LEARNT, Row, Rows
+from ..hulls import bluerov2, cybership2, forces, otter, remus100, rk4
+from ..hulls.forces import Current, MovedVehicle
+from ..motion import (
+    COLUMNS,
+    COS,
+    DISTANCE,
+    RATES,
+    SIN,
+    YAW,
+    Bearing,
+    Stride,
+    X,
+    Y,
+    Z,
+    in_log,
+    turned_over,
+    walked,
+)
+from . import sensing, tracks
+from .sensing import Craft, NavigationState, Sensed, SteeringDrift
+from .tracks import PathPoint, PathTracks
+
+HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
+HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
+ARRIVED = 1.0  # m before its path's end, a vehicle that slows down there counts as arrived
+PATIENT_FOR = 3  # times in a row: a correction may take a vehicle back once
+
+# Where a vehicle was told to be (m), how fast (m/s), how deep (m)
+ORDER = np.dtype([(name, "f8") for name in ("north", "east", "speed", "depth")])
+
+# The look-out: how far a vehicle may be off (m), for how long (s), since when (s) and from where
+# (m) it counts, how often in a row no headway was made
+WATCH = np.dtype(
+    [("reach", "f8"), ("patience", "f8"), ("since", "f8"), ("reached", "f8"), ("failed", "i8")]
+)
+
+# All that is told to a vehicle and remembered by it; of the autopilots it has one.
+VESSEL = np.dtype(
+    [
+        ("order", ORDER),
+        ("watch", WATCH),
+        ("progress", tracks.PROGRESS),
+        ("trend", sensing.TREND),
+        ("bluerov2", bluerov2.MEMORY),
+        ("remus100", remus100.MEMORY),
+        ("otter", otter.MEMORY),
+        ("cybership2", cybership2.MEMORY),
+    ]
+)
+
+# A line that is being written: the columns of the log, and what else the next one follows from: the
+# speed (m/s), cosine and sine of the yaw.
+SPEED, C_YAW, S_YAW, NOTES = range(COLUMNS, COLUMNS + 4)
+
+
+class Flight(NamedTuple):
+    """A fleet under way, handed over once.
+
+    What its vehicles are and the coefficients of their `hull`; by vehicle: `states`, `vessels`,
+    `paths`, `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries,
+    COLUMNS), `active` and `saturated` (n, intervals).  Of `currents` (any, 2) the last row holds;
+    `lost` (2,) tells how the one fares that was lost, and since when (s).
+    """
+
+    craft: Craft
+    hull: Annotated[Rows, rk4.HULL]
+    states: Annotated[Floats, 2]
+    vessels: Annotated[Rows, VESSEL]
+    paths: PathTracks
+    currents: Annotated[Floats, 2]
+    drift: SteeringDrift
+    noise: Annotated[Floats, 3]
+    corrections: Annotated[Floats, 2]
+    learnt: Annotated[Rows, LEARNT]
+    logs: Annotated[Floats, 3]
+    active: Annotated[Ints, 2]
+    saturated: Annotated[Flags, 2]
+    lost: Floats
+
+
+@compiled
+def _look_out(
+    time: float, north: float, east: float, reached: float, speed: float, watch: Row
+) -> int:
+    """Tell whether a vehicle has been off its station, or made no headway, for too long.
+
+    It is so far `north` and `east` of its station (m), and has come so far along its path
+    (`reached`, m; not a number for who keeps a station or has arrived); `speed` is what it was told
+    to make (m/s).
+    """
+    if not isfinite(reached):
+        if hypot(north, east) <= watch.reach:
+            watch.since = time
+        return ADRIFT if time - watch.since > watch.patience else HEALTHY
+    spent = time - watch.since
+    if spent < watch.patience:
+        return HEALTHY
+    idle = reached - watch.reached < HEADWAY * speed * spent
+    watch.failed = watch.failed + 1 if idle else 0
+    watch.since, watch.reached = time, reached
+    return STUCK if watch.failed >= PATIENT_FOR else HEALTHY
+
+
+@inlined
+def _turning(
+    sensed: Sensed, aim: PathPoint, paths: PathTracks, bounds: Row, progress: Row
+) -> float:
+    """Return the yaw rate (rad/s) that the path will soon ask for."""
+    north, east = sensed.log_n + sensed.set_n, sensed.log_e + sensed.set_e
+    ground = north * aim.cosine + east * aim.sine
+    ahead = max(ground, 0.0) * remus100.LEAD
+    return ground * tracks.bend_ahead(paths.rows, bounds, progress, ahead)
+
+
+@inlined
+def _steer(
+    craft: Craft, sensed: Sensed, aim: PathPoint, turning: float, p: Row, vessel: Row,
+    work: Floats, command: Floats,
+) -> bool:  # fmt: skip
+    """Write the command for the next interval; return whether it reached a limit."""
+    control, order = craft.control, vessel.order
+    if craft.model == forces.BLUEROV2:
+        return bluerov2.steer(sensed, aim, order, control, p, vessel.bluerov2, work, command)
+    if craft.model == forces.OTTER:
+        return otter.steer(sensed, control, p, vessel.otter, command)
+    if craft.model == forces.CYBERSHIP2:
+        return cybership2.steer(sensed, control, p, vessel.cybership2, command)
+    return remus100.steer(sensed, aim, turning, order, control, p, vessel.remus100, command)
+
+
+@compiled
+def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
+    """Move a fleet, in place, through the control intervals `first` to `last` (not included).
+
+    `packed` is the address of a :class:`Flight`; `has_learnt` as of
+    :class:`.sensing.NavigationState`.  Returns -1, or the vehicle lost, with `lost`
+    holding how it fares and when (s).
+    """
+    by = unpacked(packed, Flight)
+    craft, p, paths, currents = by.craft, by.hull[0], by.paths, by.currents
+    known = NavigationState(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
+    model, size, control, step, steps = craft
+    vehicle, wanted = rk4.moving(size), np.empty(6)
+    aim, turning, reached = PathPoint(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
+    for i in range(by.states.shape[0]):
+        vessel, bound, log = by.vessels[i], paths.bounds[i], by.logs[i]
+        order, way = vessel.order, vessel.progress
+        vehicle.state[:] = by.states[i]
+        line = _take_up_line(log, first * steps, order.depth)
+        rk4.look(vehicle.state, vehicle.angles, vehicle.rates)
+        _begin_line(vehicle, line)
+        _enter_line(line, log, first * steps)
+        for interval in range(first, last):
+            time, now = interval * control, min(interval, currents.shape[0] - 1)
+            current = Current(currents[now, 0], currents[now, 1])
+            ahead, aside, _ = forces.along_body(current, vehicle.angles)
+            sensed = sensing.sense(
+                craft, i, vehicle, line, (ahead, aside), interval, current, known, vessel
+            )
+            if paths.rows.size > 0:  # there are paths, and stations are at the origin
+                aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
+                by.active[i, interval] = way.row
+                reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
+                if model != forces.BLUEROV2:  # whose turns begin where the path's do
+                    turning = _turning(sensed, aim, paths, bound, way)
+            full = _steer(craft, sensed, aim, turning, p, vessel, wanted, vehicle.command)
+            by.saturated[i, interval] = full
+            north, east = line[X] - order.north, line[Y] - order.east
+            status = _look_out(time, north, east, reached, order.speed, vessel.watch)
+            for k in range(1, steps + 1):
+                if not rk4.move(model, vehicle, current, p, step):
+                    status = BROKEN
+                    break
+                _next_line(vehicle, step, line)
+                _enter_line(line, log, interval * steps + k)
+            if status != HEALTHY:
+                by.states[i] = vehicle.state
+                by.lost[0], by.lost[1] = status, time
+                return i
+        by.states[i] = vehicle.state
+    return -1
+
+
+@compiled
+def beside(packed: int, vehicle: int, times: Floats, errors: Floats) -> None:
+    """Write how far (m) a vehicle was from the path that it flew at instants (s).
+
+    `packed` is the address of a :class:`Flight`.
+    """
+    by = unpacked(packed, Flight)
+    log, active, step, control = (
+        by.logs[vehicle],
+        by.active[vehicle],
+        by.craft.step,
+        by.craft.control,
+    )
+    for k in range(times.size):
+        last = ceil(times[k] / control) - 1  # at the instant of a control, that before
+        interval = min(max(last, 0), active.size - 1)
+        x, y, _, _, _, _ = in_log(log, 0, len(log), step, times[k])
+        errors[k] = tracks.distance_from(
+            by.paths.rows, by.paths.bounds[vehicle], active[interval], x, y
+        )
+
+
+@inlined
+def _take_up_line(log: Floats, number: int, depth: float) -> Floats:
+    """Return a line that goes on from what has summed up in a log, of a vehicle so deep (m)."""
+    line = np.zeros(NOTES)
+    for column in (COS, SIN, DISTANCE):
+        line[column] = log[number, column]
+    line[Z] = depth
+    return line
+
+
+@inlined
+def _begin_line(vehicle: MovedVehicle, line: Floats) -> None:
+    """Write where a vehicle is that has looked; what has summed up stays as it is.
+
+    Of a vehicle at the surface so does the depth.
+    """
+    state, rates = vehicle.state, vehicle.rates
+    line[X], line[Y] = state[0], state[1]
+    line[RATES + X], line[RATES + Y] = rates[0], rates[1]
+    if state.size >= forces.PITCHING_STATE:
+        line[Z], line[YAW] = state[2], state[5]
+        line[RATES + Z], line[RATES + YAW] = rates[2], rates[5]
+    else:
+        line[YAW], line[RATES + YAW] = state[2], rates[2]
+    line[SPEED] = hypot(rates[0], rates[1])
+    line[C_YAW], line[S_YAW] = vehicle.angles[forces.C_PSI], vehicle.angles[forces.S_PSI]
+
+
+@inlined
+def _bearing(line: Floats) -> Bearing:
+    return Bearing(line[C_YAW], line[S_YAW], line[RATES + YAW])
+
+
+@inlined
+def _stride(line: Floats) -> Stride:
+    return Stride(line[X], line[Y], line[RATES + X], line[RATES + Y], line[SPEED])
+
+
+@compiled
+def _next_line(vehicle: MovedVehicle, step: float, line: Floats) -> None:
+    """Write the next line of a vehicle, a step (s) later."""
+    bearing, stride = _bearing(line), _stride(line)
+    _begin_line(vehicle, line)
+    ahead, aside = turned_over(bearing, _bearing(line), step)
+    line[COS] += ahead
+    line[SIN] += aside
+    line[DISTANCE] += walked(stride, _stride(line), step)
+
+
+@compiled
+def _enter_line(line: Floats, log: Floats, number: int) -> None:
+    """Enter a line in a log."""
+    for column in range(COLUMNS):
+        log[number, column] = line[column]

@@ -1,0 +1,314 @@
+"""A fleet under way: vehicles of one model, each with its controller, in one sea."""
+
+from collections.abc import Mapping, Sequence
+from math import ceil, cos, degrees, isfinite, pi, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ....support.arrays import Floats
+from ....support.packed import Packed
+from ...geometry.paths import Path, Segment
+from ...records.rows import LEARNT
+from .. import motion
+from ..hulls import rk4
+from ..hulls.fleet import find, numbers, parameters
+from ..hulls.forces import Coefficients
+from ..motion import Motion
+from ..vehicle import Vehicle
+from . import flight, sensing, tracks
+from .departure import (
+    FOLLOWING,
+    WHOLE,
+    DeparturePlan,
+    GuidanceError,
+    SteeringIntervals,
+    refuse_impossible,
+    smallest_turn,
+)
+from .sensing import Craft, SteeringDrift
+
+LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
+PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
+
+
+def begun(time: float, control: float) -> int:
+    """Return how many control intervals, k * control (s), begin before an instant (s).
+
+    >>> begun(0.0, 0.1), begun(0.05, 0.1), begun(3 * 0.1, 0.1), begun(0.31, 0.1)
+    (0, 1, 3, 4)
+    """
+    if not isfinite(time):
+        raise ValueError(f"an instant must be a finite number of seconds, not {time!r}")
+    count = max(ceil(time / control), 0)
+    while count > 0 and (count - 1) * control >= time:
+        count -= 1
+    while count * control < time:
+        count += 1
+    return count
+
+
+def whole_steps(model: str, control: float, step: float) -> int:
+    """Return the steps (s) in a control interval (s); ValueError unless a whole number of them."""
+    if not (isfinite(control) and isfinite(step) and control > 0.0 and step > 0.0):
+        raise ValueError(f"{model}: control_s {control!r} and step_s {step!r} must be above zero")
+    steps = round(control / step)
+    if steps < 1 or abs(control / step - steps) > WHOLE:
+        raise ValueError(
+            f"{model}: control_s {control} is not a whole multiple of step_s {step}; "
+            f"{max(steps, 1) * step:g} would be"
+        )
+    return steps
+
+
+def _for_each(model: str, what: str, value: ArrayLike, count: int) -> Floats:
+    """Return one number for each of `count` vehicles, given one for all or one for each."""
+    shape = () if np.ndim(value) == 0 else (count,)
+    return np.array(np.broadcast_to(numbers(model, what, value, shape), (count,)))
+
+
+def circled(path: Path, radius: float) -> Path:
+    """Return the path with a circle to starboard at its end, round and round (radius in m)."""
+    if path.repeats_from is not None:
+        return path
+    circle = Segment(1.0 / radius, 2.0 * pi * radius)
+    return Path(path.start, (*path.segments, circle), repeats_from=path.length)
+
+
+class GuidedVehicle(Vehicle):
+    """A vehicle that goes where its controller, its hull and the sea take it.
+
+    It answers for the past as well as for the present; asked for later, its whole fleet moves on.
+    """
+
+    def __init__(self, fleet: "GuidedFleet", number: int) -> None:
+        super().__init__(fleet.motion, number)
+        self._fleet = fleet
+
+    def _advance(self, time: float) -> None:
+        self._fleet.advance(time)
+
+    def along(self, time: float) -> float | None:
+        """Return how far (m) along its path it is, whole rows of the path before it and what of a
+        straight one is behind it; None for a vehicle that keeps a station.
+        """
+        fleet, place = self._fleet, self.at(time)
+        if len(fleet.stations):
+            return None
+        _, end, again = fleet.tracks.bounds[self._number].item()
+        flown = fleet.active[self._number, : max(begun(time, fleet.control_s), 1)]
+        row = fleet.tracks.rows[flown[-1]]
+        x, y, yaw, curvature, begin, length, *_ = row.item()
+        into = (place.x - x) * cos(yaw) + (place.y - y) * sin(yaw)
+        into = min(max(into, 0.0), length) if curvature == 0.0 else 0.0
+        laps = int(np.count_nonzero(flown[1:] < flown[:-1]))
+        last = fleet.tracks.rows[end - 1]
+        lap = last["begin"] + last["length"] - fleet.tracks.rows[again]["begin"]
+        return float(begin + into + laps * lap)
+
+    def saturated(self, time: float) -> float:
+        """Return the share of its control instants before an instant (s) at an actuator's limit."""
+        self._fleet.advance(time)
+        instants = max(begun(time, self._fleet.control_s), 1)
+        return float(self._fleet.at_limit[self._number, :instants].mean())
+
+    def path_error(self, times: Floats) -> Floats:
+        """Return the distance (m) of the true place from the path flown, or from the station."""
+        fleet = self._fleet
+        if len(fleet.stations):
+            off = self._lines(times)[:, :2] - fleet.stations[self._number]
+            return np.asarray(np.hypot(off[:, 0], off[:, 1]))
+        instants = self._until(times)
+        errors = np.empty(len(instants))
+        flight.beside(fleet.flight.address, self._number, instants, errors)
+        return errors
+
+
+USUAL = SteeringIntervals()
+
+
+class GuidedFleet:
+    """Vehicles of one model on their way, moved only as far as somebody looks.
+
+    A BlueROV2 makes its speed over ground, or through the water if its log misses the current, from
+    rest; a REMUS through the water, at that speed from the start. A REMUS that has come to a path's
+    end circles there to starboard, a BlueROV2 hovers. ASVs start at rest with the bow against the
+    first current. `currents` (k, 2) m/s along x and y, and `position_noise` (n, intervals, 2) m,
+    hold for one control interval each, the last current from then on. Axes: x North, y East, z
+    down.
+
+    What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
+    may write to: the sum of what fixes have put right. A log through the water gives it no other
+    word of the current, unless a filter writes the bias and current that it has learnt to its row
+    of `learnt` (n,) and sets `has_learnt`. Without drift it does not matter when and
+    how often the fleet is advanced.
+
+    Raises ValueError for arguments that do not fit, GuidanceError for what cannot be flown.
+    """
+
+    def __init__(
+        self,
+        model: str,
+        plan: DeparturePlan,
+        overrides: Mapping[str, float] | None = None,
+        *,
+        duration_s: float,
+        intervals: SteeringIntervals = USUAL,
+        currents: ArrayLike = ((0.0, 0.0),),
+        position_noise: Floats | None = None,
+        drift: SteeringDrift | None = None,
+    ) -> None:
+        self.model = kind = find(model)
+        _refuse_wrong_plan(model, plan)
+        paths, self.stations = plan.paths, np.zeros((0, 2))
+        if plan.stations is not None:
+            self.stations = numbers(model, "stations", plan.stations, (None, 2))
+        count = len(self.stations) if paths is None else len(paths)
+        self.names = _names(model, plan.names, count)
+        self.control_s, self.duration_s = float(intervals.control_s), float(duration_s)
+        self.step_s = float(kind.step_s if intervals.step_s is None else intervals.step_s)
+        steps = whole_steps(model, self.control_s, self.step_s)
+        self._intervals = max(1, begun(self.duration_s, self.control_s))
+        self._currents = numbers(model, "currents", currents, (None, 2))
+        noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
+        length = 1 if position_noise is None else self._intervals
+        noise = numbers(model, "position_noise", noise, (count, length, 2))
+        self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
+        drift = sensing.for_fleet(model, drift, count, self.duration_s, self.control_s)
+        self.corrections = np.zeros((count, 2))
+        self.learnt = np.zeros(count, dtype=LEARNT)
+        self.has_learnt = False
+        # what each vehicle is told and remembers
+        self._own = np.zeros(count, dtype=flight.VESSEL)
+        self._own["order"]["speed"] = _for_each(model, "speed_m_per_s", plan.speed_m_per_s, count)
+        self._own["order"]["depth"] = _for_each(model, "depth_m", plan.depth_m, count)
+        self._own["watch"]["patience"] = PATIENCE_S
+        self._states = np.zeros((count, len(kind.states)))
+        hull = kind.coefficients(parameters(model, overrides))
+        speeds = self._own["order"]["speed"]
+        refuse_impossible(model, overrides, self.names, speeds, self._currents)
+        if paths is None:
+            self.tracks = tracks.nowhere(count)
+            self._lie_at_stations()
+        else:
+            self._begin_paths(paths, hull, float(drift.through_water))
+            if kind.cannot_stop:
+                paths = [
+                    circled(path, smallest_turn(model, speed, overrides))
+                    for path, speed in zip(paths, speeds.tolist(), strict=True)
+                ]
+            self.tracks = tracks.pack(paths)
+        self.logs = np.zeros((count, self._intervals * steps + 1, motion.COLUMNS))
+        # What lies beyond the instant that the fleet was last advanced to is not known yet.
+        ends = np.arange(count + 1) * self.logs.shape[1]
+        self.motion = Motion(self.logs.reshape(-1, motion.COLUMNS), ends, self.step_s)
+        self.active = np.zeros((count, self._intervals), dtype=np.int64)
+        self._own["progress"]["row"] = self.tracks.bounds["first"]
+        # whether an actuator was at its limit, for each vehicle and control instant
+        self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
+        self._flown, self._lost = 0, np.zeros(2)
+        craft = Craft(kind.equations, len(kind.states), self.control_s, self.step_s, steps)
+        #: What compiled code is handed once.
+        self.flight = Packed(
+            flight.Flight(
+                craft, rk4.packed(hull), self._states, self._own, self.tracks, self._currents,
+                drift, noise, self.corrections, self.learnt, self.logs, self.active, self.at_limit,
+                self._lost,
+            )
+        )  # fmt: skip
+        self._move_on(0)  # the start is known before anybody moves
+
+    def _begin_paths(self, paths: Sequence[Path], hull: Coefficients, missed: float) -> None:
+        """Put AUVs where their paths begin; their logs miss a share of the current."""
+        kind, orders = self.model, self._own["order"]
+        self._own["watch"]["reach"] = np.inf
+        self._states[:, 2] = orders["depth"]
+        for number, path in enumerate(paths):
+            state, memory = self._states[number], self._own[number][kind.autopilot]
+            state[0], state[1], state[kind.heading] = path.start
+            assert kind.begin is not None
+            speed = float(orders["speed"][number])
+            kind.begin(hull, speed, self._currents[0], missed, memory, state)
+
+    def _lie_at_stations(self) -> None:
+        """Put ASVs at rest at their stations, bow against the current, else North."""
+        current, orders = self._currents[0], self._own["order"]
+        self._states[:, :2] = self.stations
+        if current.any():
+            self._states[:, self.model.heading] = np.arctan2(-current[1], -current[0])
+        orders["north"], orders["east"] = self.stations.T
+        self._own["watch"]["reach"] = LOST_CIRCLES * self.model.watch_circle_m
+
+    def advance(self, time_s: float) -> None:
+        """Move the fleet through every control interval that begins before `time_s`.
+
+        Raises ValueError beyond the voyage's duration, GuidanceError for a vehicle lost on the way.
+        """
+        wanted = begun(time_s, self.control_s)
+        if wanted <= self._flown:
+            return
+        if wanted > self._intervals:
+            raise ValueError(
+                f"{self.model.name}: {time_s} s lies beyond the trajectory of {self.duration_s} s; "
+                "give it a longer duration_s"
+            )
+        self._move_on(wanted)
+
+    def _move_on(self, wanted: int) -> None:
+        """Fly up to the beginning of an interval, whose state is then in the log."""
+        lost = flight.fly(self.flight.address, self.has_learnt, self._flown, wanted)
+        if lost >= 0:
+            raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))
+        self._flown = wanted
+
+    def _reason(self, vehicle: int) -> str:
+        """Return why a vehicle is lost."""
+        status, state = int(self._lost[0]), self._states[vehicle]
+        if status == flight.ADRIFT:
+            circle = LOST_CIRCLES * self.model.watch_circle_m
+            return (
+                f"more than {circle:g} m off its station for {PATIENCE_S:g} s; the current is "
+                "stronger than its thrust, or the station was never reached"
+            )
+        if status == flight.STUCK:
+            spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
+            return (
+                f"no headway along its path for {spent:g} s: asked for "
+                f"{self._own['order']['speed'][vehicle]:g} m/s in a current of "
+                f"{np.hypot(*current):.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
+                "more speed"
+            )
+        if not np.isfinite(state).all():
+            return "its state became infinite or NaN; take a shorter step_s or other overrides"
+        return (
+            f"pitch {degrees(state[4]):.1f} deg is beyond +-{degrees(rk4.STEEPEST):.0f} deg; "
+            "it has tumbled: ask for less speed"
+        )
+
+    def vehicle(self, number: int) -> GuidedVehicle:
+        """Return one vehicle of the fleet, counted from 0."""
+        if not 0 <= number < len(self.names):
+            raise ValueError(
+                f"{self.model.name}: no vehicle {number} among {len(self.names)}; count from 0"
+            )
+        return GuidedVehicle(self, number)
+
+
+def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
+    """Raise ValueError unless AUVs have paths and ASVs stations."""
+    keeping = [name for name in rk4.MODELS if name not in FOLLOWING]
+    paths, stations, follows = plan.paths, plan.stations, model in FOLLOWING
+    if (paths is not None) != follows or (stations is not None) == follows or paths == ():
+        raise ValueError(
+            f"{model}: give paths, and no stations, to {', '.join(FOLLOWING)}; "
+            f"stations, and no paths, to {', '.join(keeping)}"
+        )
+
+
+def _names(model: str, names: Sequence[str] | None, count: int) -> tuple[str, ...]:
+    """Return what the vehicles are called."""
+    if names is None:
+        return tuple(f"{model} {number}" for number in range(count))
+    if len(names) != count:
+        raise ValueError(f"{model}: {len(names)} names for {count} vehicles")
+    return tuple(names)

@@ -1,0 +1,1 @@
+"""Random access: programs that vehicles run, by the verbs of `...core.protocol.access.node`."""

@@ -1,0 +1,60 @@
+"""ALOHA: AUVs ping without asking whether anybody else does; and how often nobody else does.
+
+Abramson, "The ALOHA system", AFIPS 1970; with slots Roberts, "ALOHA packet system with and without
+slots and capture", 1975.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import TYPE_CHECKING
+
+from ...core.protocol.access import PING
+from ...core.scenario.families import AccessTraits, ScheduleTraits
+
+if TYPE_CHECKING:
+    from ...core.protocol.access.node import Node, Steps
+    from ...core.protocol.view import Groups, View
+
+
+@ScheduleTraits(access="poisson")
+def by_aloha(view: View) -> Groups:
+    """Give nobody a slot: AUVs run the program `aloha`."""
+    return []
+
+
+@ScheduleTraits(access="slotted")
+def by_slotted_aloha(view: View) -> Groups:
+    """Give nobody a slot: AUVs run the program `slotted_aloha`."""
+    return []
+
+
+@AccessTraits(law="poisson", hears=False, signals=False, on_asvs=False)
+def aloha(node: Node) -> Steps:
+    """Ping whenever there is something to send; what comes while a ping lasts is left out.
+
+    Of N AUVs whose pings last T, at mean intervals F, each ping is clear of all others' with a
+    probability of (e^-a / (1 + a))^(N - 1), a = T / F: the textbook's e^(-2 G (N - 1) / N), G = N
+    a, but for a share of (N - 1) a^2 / 2.
+    """
+    for packet in node.packets:
+        if packet >= node.clock:
+            yield node.until(packet)
+            yield node.send(PING)
+
+
+@AccessTraits(law="slotted", hears=False, signals=False, on_asvs=False)
+def slotted_aloha(node: Node) -> Steps:
+    """Ping at the start of a slot if there was anything to send in the one before.
+
+    Of N AUVs each has something to send in a slot of length T with the probability p = 1 - e^(-T /
+    F), so that a ping is alone in its slot with (1 - p)^(N - 1) = e^(-G (N - 1) / N), G = N T / F.
+    """
+    clock, last = node.slots.clock, -1
+    length = clock.after(0.0, node.slots.uplink_slot)
+    for packet in node.packets:
+        slot = ceil(packet / length)
+        if slot > last:
+            yield node.until(clock.after(0.0, slot * length))
+            node.send(PING)
+            last = slot

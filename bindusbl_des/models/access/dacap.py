@@ -1,0 +1,110 @@
+"""DACAP: an AUV asks an ASV for the band, and waits the longer for a warning the nearer it is.
+
+Peleato and Stojanovic, "Distance aware collision avoidance protocol for ad-hoc underwater acoustic
+sensor networks", IEEE Communications Letters 11(12), 2007.  An ASV clears who asks at once.  What
+others ask before they have heard that may still come: so that it comes before the ping, an AUV of
+which the ASV is U away waits t_min - 2 U / c from the clear to its ping, and the farther it is, the
+less.  With t_min, the shortest handshake, of twice the longest way no ping is met; a shorter one
+gains time at some risk.  An ASV that hears others meanwhile warns its AUV, which backs off, as it
+does if it hears them itself.  Who hears others asked for or cleared asks once that has passed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from ...core.protocol.access import PING
+from ...core.scenario.families import AccessTraits
+from ...core.scenario.key_types import Real, Whole, key
+from .macau import CLEAR, REQUEST, Macau, awaited, keep_quiet
+from .t_lohi import waiting
+
+if TYPE_CHECKING:
+    import simpy
+
+    from ...core.protocol.access.node import HeardSignal, Node, Steps
+
+WARNING = "warning"
+
+
+class Dacap(Macau):
+    """The settings of the program `dacap`."""
+
+    warning_bytes: Whole = key(2, "B", "size of a warning", ge=1, le=65_535)
+    handshake_s: Real | None = key(
+        None,
+        "s",
+        "shortest time from request to ping, less what request and clear last; null = twice the "
+        "longest way",
+        ge=0,
+        le=3600,
+    )
+
+
+@AccessTraits(settings=Dacap)
+def dacap(node: Node, *, settings: Dacap) -> Steps:
+    """Ask, and ping once cleared and not warned; as an ASV, clear and warn who asks.
+
+    An AUV backs off for up to `most_rounds` handshakes.
+    """
+    way = node.slots.longest_travel_time
+    request_bytes, clear_bytes = settings.request_bytes, settings.clear_bytes
+    shortest = 2.0 * way if settings.handshake_s is None else settings.handshake_s
+    answered_s = 2.0 * way + node.lasts_s(clear_bytes)
+    pinged_s = shortest + 2.0 * way + node.slots.ping_duration
+    length = node.lasts_s(request_bytes) + answered_s + shortest
+    if node.is_asv:
+        yield from serve(node, clear_bytes, settings.warning_bytes, pinged_s)
+        return
+    asked, rounds = node.number % len(node.asvs), 1
+    for packet in waiting(node):
+        yield node.until(packet)
+        yield from keep_quiet(node, answered_s, pinged_s, 0.0)
+        while True:
+            to = node.asvs[asked]
+            yield node.send(REQUEST, to=to, bytes=request_bytes)
+            said = node.clock
+            clear = yield from awaited(node, to, said + answered_s)
+            if clear is not None:
+                there_and_back = clear.began_at_s - said  # the ASV has answered at once
+                warned = yield from disturbed(node, max(shortest - there_and_back, 0.0))
+                if not warned:
+                    break
+            else:
+                asked = (asked + 1) % len(node.asvs)
+            rounds = min(2 * rounds, settings.most_rounds)
+            backoff = rounds * node.random.random() * length
+            yield from keep_quiet(node, answered_s, pinged_s, backoff)
+        rounds = 1
+        yield node.send(PING, waited_s=node.clock - packet)
+
+
+def disturbed(node: Node, lasts_s: float) -> Generator[simpy.Event, Any, bool]:
+    """Tell whether anything is said for others, or a warning, within so long a time (s)."""
+    until = node.clock + lasts_s
+    while until > node.clock:
+        heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
+        if heard is not None and (
+            heard.kind in (REQUEST, CLEAR) or (heard.kind, heard.to) == (WARNING, node.name)
+        ):
+            return True
+    return False
+
+
+def serve(node: Node, clear_bytes: int, warning_bytes: int, pinged_s: float) -> Steps:
+    """Clear who asks, one after the other; warn whom it has cleared, once, if it hears others."""
+    taken_until, partner = 0.0, None
+    while True:
+        heard: HeardSignal = yield node.hears()
+        if heard.kind not in (REQUEST, CLEAR):
+            continue
+        if node.clock < taken_until:
+            if partner is not None and heard.sender != partner:
+                warned, partner = partner, None
+                yield node.send(WARNING, to=warned, bytes=warning_bytes)
+                taken_until = 0.0  # its AUV backs off
+        elif heard.kind == REQUEST and heard.to == node.name:
+            partner = heard.sender
+            yield node.send(CLEAR, to=partner, bytes=clear_bytes)
+            taken_until = node.clock + pinged_s

@@ -1,0 +1,101 @@
+"""MACA-U: an AUV asks an ASV for the band, and pings once that has cleared it.
+
+Ng, Soh and Motani, "MACA-U: a media access protocol for underwater acoustic networks", IEEE
+GLOBECOM 2008.  Who hears a request for another keeps quiet until its answer has passed; who hears
+another cleared, until the ping has.  An AUV that is not answered doubles the rounds by which it
+backs off, up to a limit, and asks the next ASV; an AUV that is takes up with the fewest again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from ...core.protocol.access import PING
+from ...core.scenario.families import AccessTraits
+from ...core.scenario.key_types import Whole, key
+from ...core.scenario.part_choice import Settings
+from .t_lohi import waiting
+
+if TYPE_CHECKING:
+    import simpy
+
+    from ...core.protocol.access.node import HeardSignal, Node, Steps
+
+REQUEST, CLEAR = "request", "clear"
+
+
+class Macau(Settings):
+    """The settings of the program `macau`."""
+
+    request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
+    clear_bytes: Whole = key(4, "B", "size of a clear", ge=1, le=65_535)
+    most_rounds: Whole = key(
+        64, "1", "an AUV that is not cleared backs off for up to so many rounds", ge=1, le=1_000_000
+    )
+
+
+@AccessTraits(settings=Macau)
+def macau(node: Node, *, settings: Macau) -> Steps:
+    """Ask, and ping once cleared; as an ASV, clear who asks.
+
+    A round is a request, its answer and the way there and back; an AUV backs off for up to
+    `most_rounds` of them.
+    """
+    way, request_bytes = node.slots.longest_travel_time, settings.request_bytes
+    request_s, clear_s = node.lasts_s(request_bytes), node.lasts_s(settings.clear_bytes)
+    answered_s, pinged_s = 2.0 * way + clear_s, 2.0 * way + node.slots.ping_duration
+    if node.is_asv:
+        yield from clear(node, settings.clear_bytes, pinged_s)
+        return
+    asked, rounds = node.number % len(node.asvs), 1
+    for packet in waiting(node):
+        yield node.until(packet)
+        yield from keep_quiet(node, answered_s, pinged_s, 0.0)
+        while True:
+            to = node.asvs[asked]
+            yield node.send(REQUEST, to=to, bytes=request_bytes)
+            until = node.clock + answered_s
+            answer = yield from awaited(node, to, until)
+            if answer is not None:
+                break
+            asked, rounds = (asked + 1) % len(node.asvs), min(2 * rounds, settings.most_rounds)
+            backoff = rounds * node.random.random() * (request_s + answered_s)
+            yield from keep_quiet(node, answered_s, pinged_s, backoff)
+        rounds = 1
+        yield node.send(PING, waited_s=node.clock - packet)
+
+
+def awaited(node: Node, to: str, until: float) -> Generator[simpy.Event, Any, HeardSignal | None]:
+    """Return the answer of an ASV to a request; None if it has not come by an instant (s)."""
+    while until > node.clock:
+        heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
+        if heard is not None and (heard.kind, heard.sender, heard.to) == (CLEAR, to, node.name):
+            return heard
+    return None
+
+
+def keep_quiet(node: Node, answered_s: float, pinged_s: float, backoff: float) -> Steps:
+    """Wait for so long (s), and until what others have asked for, as heard meanwhile, has passed:
+    so long after a request, or after a clear (s).
+    """
+    until = node.clock + backoff
+    while True:
+        heard: HeardSignal | None = yield node.hears(within_s=max(until - node.clock, 0.0))
+        if heard is None:
+            return
+        if heard.kind in (REQUEST, CLEAR):
+            lasts = answered_s if heard.kind == REQUEST else pinged_s
+            until = max(until, heard.ended_at_s + lasts)
+
+
+def clear(node: Node, clear_bytes: int, pinged_s: float) -> Steps:
+    """Clear who asks, one after the other: nobody until the ping of the one before has passed."""
+    taken_until = 0.0
+    while True:
+        heard: HeardSignal = yield node.hears()
+        if heard.kind == REQUEST and heard.to == node.name and node.clock >= taken_until:
+            yield node.send(CLEAR, to=heard.sender, bytes=clear_bytes)
+            taken_until = node.clock + pinged_s
+        elif heard.kind == CLEAR:
+            taken_until = max(taken_until, heard.ended_at_s + pinged_s)

@@ -1,0 +1,89 @@
+"""T-Lohi: AUVs reserve the band by tones, and count who else does.
+
+Syed, Ye and Heidemann, "Comparison and evaluation of the T-Lohi MAC for underwater acoustic sensor
+networks", IEEE JSAC 26(9), 2008, without a common clock.  An AUV that has something to send sends a
+tone and listens for a contention round.  If it has heard nobody it has the band, and pings.  If it
+has, it backs off for a share of as many rounds as others contend; whom it then hears, it lets go
+first: it sleeps until that is over, and a little longer by chance.
+
+A round is as long as a tone and the longest way (`aggressive`), or there and back (`conservative`):
+then no AUV that hears the other can take itself to be alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Literal
+
+from ...core.protocol.access import PING
+from ...core.scenario.families import AccessTraits
+from ...core.scenario.key_types import Real, key
+from ...core.scenario.part_choice import Settings
+
+if TYPE_CHECKING:
+    from ...core.protocol.access.node import Node, Steps
+
+TONE = "tone"
+
+
+class TLohi(Settings):
+    """The settings of the program `t_lohi`."""
+
+    tone_s: Real = key(0.005, "s", "duration of a tone", gt=0, le=10)
+    rounds: Literal["conservative", "aggressive"] = key(
+        "conservative",
+        "",
+        "length of a contention round: a tone and the longest way there and back, or one way",
+    )
+    recontend_s: Real = key(
+        0.015, "s", "an AUV contends again up to so long after another's turn, at random", ge=0,
+        le=3600,
+    )  # fmt: skip
+
+
+@AccessTraits(settings=TLohi, on_asvs=False)
+def t_lohi(node: Node, *, settings: TLohi) -> Steps:
+    """Ping once a tone has met no other for a contention round.
+
+    After another's turn it contends again after up to `recontend_s` (s), drawn at random.
+    """
+    way, tone_s, recontend_s = node.slots.longest_travel_time, settings.tone_s, settings.recontend_s
+    length = tone_s + (2.0 * way if settings.rounds == "conservative" else way)
+    for packet in waiting(node):
+        yield node.until(packet)
+        if node.busy():
+            yield from sleep(node, length, recontend_s)
+        while True:
+            yield node.send(TONE, lasts_s=tone_s)
+            toned_at = node.clock
+            yield node.wait(length)
+            contenders = len(node.heard(toned_at))
+            if not contenders:
+                break
+            backed_off_at = node.clock
+            yield node.wait(length * contenders * node.random.random())
+            if node.heard(backed_off_at):
+                yield from sleep(node, length, recontend_s)
+        yield node.send(PING, waited_s=node.clock - packet)
+
+
+def sleep(node: Node, length: float, recontend_s: float) -> Steps:
+    """Wait until nothing has been heard for as long as a winner lets pass from its tone to its
+    ping, a round, and then a little longer by chance.
+    """
+    since = node.clock
+    while True:
+        over = max((ends for _, ends in node.heard(since)), default=since) + length
+        if over <= node.clock:
+            break
+        yield node.until(over)
+    yield node.wait(recontend_s * node.random.random())
+
+
+def waiting(node: Node) -> Iterator[float]:
+    """Yield the instants (s) at which there is something to send; what comes while an AUV is busy
+    with what it has is left out.
+    """
+    for packet in node.packets:
+        if packet >= node.clock:
+            yield packet

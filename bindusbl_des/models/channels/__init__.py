@@ -1,0 +1,1 @@
+"""Channels: who hears a signal, and with what chance or loss."""

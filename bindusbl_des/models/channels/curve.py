@@ -1,0 +1,75 @@
+"""The channel `curve`: a share of signals is decoded, by a curve over range in a file."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ...core.scenario.families import ChannelTraits, Lossy
+from ...core.scenario.key_types import Real, Text, key
+from ...core.scenario.measured import read_curve
+
+if TYPE_CHECKING:
+    from ...core.acoustics.asking import Asking
+    from ...core.acoustics.channel import Prospects, Receiver, Signals
+    from ...support.arrays import Floats
+
+
+class Curve(Lossy):
+    """The settings of the channel `curve`."""
+
+    file: Text = key(
+        ...,
+        "",
+        "CSV with columns range_m (slant) and delivery_ratio; relative to the scenario file",
+    )
+    interference_m: Real | None = key(
+        None,
+        "m",
+        "how far signals drown others that they overlap; null = to the last range of the file",
+        ge=0,
+        le=1e6,
+    )
+
+
+@dataclass(frozen=True)
+class CurveChannel:
+    """Signals are decoded as often as a curve of delivery ratios over slant ranges (m) says.
+
+    Between its points it is straight, before the first as there, and beyond the last 0.  Signals
+    drown each other up to `audible_m`, whether or not they could be decoded.
+    """
+
+    ranges: Floats
+    ratios: Floats
+    audible_m: float
+    receiver: Receiver
+
+    def prospects(self, signals: Signals) -> Prospects:
+        """Return what becomes of each signal."""
+        import numpy as np
+
+        from ...core.acoustics.propagation import PROSPECT
+
+        out = np.empty(signals.ranges.shape, PROSPECT)
+        out["loss"] = 1.0 - np.interp(signals.ranges, self.ranges, self.ratios, right=0.0)
+        out["snr_db"], out["late_s"] = math.nan, 0.0
+        out["sound"] = signals.ranges <= self.audible_m
+        return out
+
+
+@ChannelTraits(settings=Curve, frame_settings=Curve, reach_of_its_own=True)
+def curve(asking: Asking, *, settings: Curve) -> CurveChannel:
+    """Return the channel of a curve in a file.
+
+    Raises:
+        ValueError: naming file, line and remedy, when it is no such curve.
+    """
+    import numpy as np
+
+    from ...core.acoustics.channel import PLAIN
+
+    ranges, ratios, _ = read_curve(settings.file)
+    farthest = max(settings.interference_m or 0.0, ranges[-1])
+    return CurveChannel(np.array(ranges), np.array(ratios), farthest, PLAIN)

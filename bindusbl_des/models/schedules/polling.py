@@ -1,0 +1,40 @@
+"""Polling: an ASV calls AUV after AUV, the next as soon as it has decoded an answer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...core.scenario.families import ScheduleSettings, ScheduleTraits
+from ...core.scenario.key_types import key
+
+if TYPE_CHECKING:
+    from ...core.protocol.view import Groups, View
+
+
+class Polling(ScheduleSettings):
+    """The settings of the schedule `polling`."""
+
+    side_by_side: bool = key(
+        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
+    )
+
+    @property
+    def shares_calls(self) -> bool:
+        """Whether AUVs that no ASV hears two of are called at once."""
+        return self.side_by_side
+
+
+@ScheduleTraits(
+    settings=Polling,
+    groups="each",
+    approximation="is taken for one_per_slot, AUVs answering from two thirds of the HF range.",
+    pace="answered",
+    turn_by="calls",
+)
+def polling(view: View, *, settings: Polling) -> Groups:
+    """Call one AUV after another; side by side those at once that no ASV hears two of."""
+    if settings.side_by_side:
+        from ...core.protocol.conflicts import greedy_groups
+
+        return greedy_groups(view.heard)
+    return [[auv] for auv in range(len(view.auvs))]

@@ -1,0 +1,1 @@
+"""What every room uses: compiled equations, clocks, random streams, durable files, words."""
