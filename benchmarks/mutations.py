@@ -43,10 +43,10 @@ PACKAGE = "bindusbl_des"
 
 # What is changed.
 ROOMS = {
-    "equations": ("acoustics", "sea", "usbl", "vehicles"),
-    "protocol": ("protocol",),
-    "navigation": ("navigation",),
-    "verification": ("verification",),
+    "equations": ("core/acoustics", "core/sea", "core/usbl", "core/vehicles"),
+    "protocol": ("core/protocol",),
+    "navigation": ("core/navigation",),
+    "verification": ("apps/verification",),
     "selection": ("apps/planning/goals.py", "apps/planning/selecting.py"),
     "metrics": (
         "core/mission/service.py",
@@ -248,7 +248,7 @@ class Copy:
         found = (self.root / "tests").rglob("test_*.py")
         named = [it for it in found if it.stem == f"test_{module.stem}" or name in it.read_text()]
         first = [str(module), *sorted(str(it.relative_to(self.root)) for it in named)]
-        room = module.parts[1]
+        room = module.parts[2]
         others = []
         for it in TESTS.get(room, (f"tests/{room}", *MISSIONS)):
             files = sorted((self.root / it).rglob("test_*.py")) or [self.root / it]

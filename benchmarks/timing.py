@@ -80,12 +80,12 @@ PACKAGE = Path(bindusbl_des.__file__).resolve().parent
 # Which rooms of the package make up each part.
 PARTS: Mapping[str, str] = {
     "vehicles": "vehicles geometry dynamics",
-    "acoustics": "acoustics",
-    "protocol": "protocol",
+    "acoustics": "acoustics sea channels",
+    "protocol": "protocol access schedules broadcasters rangings",
     "USBL": "usbl",
     "navigation": "navigation",
     "records": "records results",
-    "mission": "mission scenario core preflight setup",
+    "mission": "mission scenario support preflight setup",
 }
 PART_OF = {room: part for part, rooms in PARTS.items() for room in rooms.split()}
 
@@ -123,14 +123,14 @@ def profiled(work: Callable[[], object]) -> Stats:
 def part_of_file(file: str) -> str | None:
     """Return the part that a source file belongs to; None for what is not ours.
 
-    >>> part_of_file(str(PACKAGE / "vehicles" / "guidance" / "guided_fleet.py"))
+    >>> part_of_file(str(PACKAGE / "core" / "vehicles" / "guidance" / "guided_fleet.py"))
     'vehicles'
     """
     path = Path(file)
     if not path.is_relative_to(PACKAGE):
         return None
-    home = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    return PART_OF.get(home, OTHER)
+    rooms = path.relative_to(PACKAGE).with_suffix("").parts
+    return next((PART_OF[room] for room in rooms if room in PART_OF), OTHER)
 
 
 def _blamed(

@@ -36,7 +36,7 @@ def prepare(folder: Path) -> None:
     here = pytest.MonkeyPatch()  # for as long as this process lasts
     fly_with(here, _pool_for)
     for module in ("campaigns.running", "planning.flying"):
-        here.setattr(f"bindusbl_des.{module}.compile_kernels", lambda *_: None)
+        here.setattr(f"bindusbl_des.apps.{module}.compile_kernels", lambda *_: None)
     missions.weigh = sweeps.weigh = _weigh
     os.chdir(folder)
     Path("master.yaml").write_text(MASTER, encoding="utf-8")

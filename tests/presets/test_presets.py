@@ -12,7 +12,7 @@ import bindusbl_des
 from bindusbl_des import Scenario, Setup, warnings_of
 from bindusbl_des.models.presets.modems import airtime_table
 
-S2C = str(Path(bindusbl_des.__file__).with_name("presets") / "s2c_airtimes.csv")
+S2C = str(Path(bindusbl_des.__file__).with_name("models") / "presets" / "s2c_airtimes.csv")
 ALL = json.loads(call("presets", "--json").output)
 MODEMS = [it for it in ALL if it["kind"] == "modem"]
 
