@@ -92,7 +92,7 @@ def drawn(graph: nx.DiGraph) -> str:
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" '
         'font-family="system-ui, sans-serif" role="img" aria-label="The rooms of bindusbl_des from '
-        "the command line at the top to what knows nothing of the sea; arrows show which room imports "
+        "the command line at the top to support at the bottom; arrows show which room imports "
         'from which">',
         '<defs><marker id="a" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" '
         f'markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" fill="{LINE}"/></marker></defs>',
