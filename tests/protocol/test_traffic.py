@@ -1,12 +1,15 @@
 """Data of AUVs beside their pings: timelines worked out by hand, and what shares the band."""
 
+from collections.abc import Generator
 from typing import Any
 
 import numpy as np
 import pytest
+from played_for_tests import at, played
 from worlds import merged, scenario
 
 from bindusbl_des import Scenario, Setup, simulate, verify
+from bindusbl_des.apps.explain.hearing import why_unanswered
 
 C, PING, GAP = 1500.0, 0.01, 0.0002
 
@@ -90,9 +93,9 @@ def test_data_and_pings_drown_each_other() -> None:
         assert row.arrived_at_s + PING > by.sent_at_s + way
     sent = packets[packets.sent_at_s.notna()]
     for auv in ("AUV0", "AUV1"):  # who sends data does not ping
-        for at in sent[sent.auv == auv].sent_at_s:
+        for begins in sent[sent.auv == auv].sent_at_s:
             own = pings[pings.auv == auv].sent_at_s
-            assert not ((own > at) & (own < at + 4.0)).any()
+            assert not ((own > begins) & (own < begins + 4.0)).any()
 
 
 @pytest.mark.parametrize("access", ["slotted_aloha", "csma", "t_lohi", "macau"])
@@ -113,6 +116,24 @@ def test_called_auvs_send_behind_their_answers() -> None:
     assert packets.sent_at_s[0] == pytest.approx(pings.sent_at_s[0] + PING + GAP)
     assert (packets.outcome == "delivered").all()
     assert (pings.call == "heard").all()
+
+
+def test_a_call_that_data_drown_says_so() -> None:
+    """AUV0 sends 4 s of data behind its ping, when ASV0 calls both."""
+
+    def ranging(slot: Any, time: float) -> Generator[Any, Any, None]:
+        slot.ping([0], 0.0)
+        yield slot.until(1.0)
+        calls = slot.call([0, 1], [0, 0], 1.0)
+        for auv in (0, 1):
+            slot.ping([auv], 1.0, calls[auv : auv + 1])
+
+    changes = {"duration_s": 6.0, "traffic": {"bytes": 500, "every_s": 10.0}}
+    found = simulate(played([at(30.0), at(45.0)], [at(0.0)], pings=[], ranging=ranging, **changes))
+    turns = found.tables["pings"]
+    assert turns.call.tolist()[1:] == ["collided", "collided"]
+    assert turns.call_why.tolist()[1:] == ["own_packet", "packet"]
+    assert "AUV0 sends a packet itself" in why_unanswered(found, turns.iloc[1])
 
 
 def test_arrivals_at_random_are_as_many_on_average() -> None:

@@ -241,7 +241,10 @@ def why_unanswered(result: "Result", ping: Any) -> str:
     if ping.call == "out_of_range":
         return f"{auv} is {away:.1f} m away, {hf.beyond}"
     if ping.call == "collided":
-        return f"another ASV's call overlaps it at {auv}"
+        by = known(ping.call_why) or "call"
+        if by.startswith("own_"):
+            return f"{auv} sends a {by[4:]} itself meanwhile"
+        return f"another {'ASV' if by == 'call' else 'vehicle'}'s {by} overlaps it at {auv}"
     if ping.call_why == "doppler":
         return f"{auv} loses the call: {too_fast(result, 'hf', (auv, asv), ping.called_at_s)}"
     words = f"{auv}, {away:.1f} m away, loses the call by chance"

@@ -396,12 +396,12 @@ def interrogate(
         answer.call, answer.call_why, answer.call_time_s = HEARD, NONE, call.travel_s
         if drawn < chance:
             answer.call, answer.call_why = LOST, CHANCE if bursts is None else BURST
-        others, _ = interference(
+        others, strongest = interference(
             sea.sounds[:count], row, row + 1, auv, call.arrived_at_s, call.ended_at_s,
             sea.sounds[count - 1].longest_s, None, sea, inf,
         )  # fmt: skip
         if drowns(call.sound, others, capture):
-            answer.call, answer.call_why = COLLIDED, BY_CALL
+            answer.call, answer.call_why = COLLIDED, sea.sounds[strongest].kind
     return count
 
 

@@ -114,8 +114,9 @@ class Ping:
     call_why: str | None = column(
         "",
         "why the AUV did not decode the call: out_of_range, chance, burst (lost with those "
-        "before), doppler (the way changed too fast), call (another ASV's overlapped it) or "
-        "failed_meanwhile (its ASV, as it called)",
+        "before), doppler (the way changed too fast), failed_meanwhile (its ASV, as it called), "
+        "call, ping, packet or signal (that overlapped it), own_ping, own_packet or own_signal "
+        "(the AUV sent it meanwhile)",
         None,
     )
 
