@@ -3,12 +3,19 @@
 Read it in this order; the head of each room tells how it works.
 
 `scenario` and `setup` say what a mission is to be: keys, and the facts that follow from them.
-`vehicles`, `geometry`, `sea` and `acoustics` are the world: where everything is, and how sound
-gets from one vehicle to another.  `protocol` decides who sounds when, on the event kernel.  `usbl`
-makes a measurement of what was heard and a fix of the measurements; `navigation` corrects the
-estimate of an AUV by it.  `mission` puts them together and runs them; `records` and `results` are
-what remains: rows, tables, metrics.
+`vehicles`, `geometry`, `sea` and `acoustics` are the world: where everything is, and how sound gets
+from one vehicle to another.  `protocol` decides who sounds when, on the event kernel.  `usbl`
+measures the sound that was heard and makes a fix of the measurements; `navigation` corrects an
+AUV's estimate by the fix.  `mission` builds these and runs them; `records` and `results` keep what
+comes out: rows, tables, metrics.
 
-The core names no part that ships but by the text of `scenario.families`; parts are in `..models`,
-what reasons about missions in `..apps`, what knows nothing of the sea in `..support`.
+Of the parts that ship, downlinks (`protocol.downlinks`), routes and placements
+(`scenario.sections`), hulls (`vehicles.hulls`) and filters (`navigation`) are in the core; the
+others are in `..models`.  The core names a part by the text of `scenario.families` alone.  What
+reasons about missions is in `..apps`, what knows nothing of the sea in `..support`.
+
+Numbers are worked out by functions that are `@compiled` by numba (`..support.compiled`).  Where
+such a function has a parameter `packed`, that is the address of a NamedTuple of numbers and arrays,
+which the function opens by `unpacked(packed, Class)` (`..support.packed`); a buffer that grows lies
+elsewhere then, and `renew` registers the new array.
 """

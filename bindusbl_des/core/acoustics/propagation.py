@@ -241,7 +241,7 @@ def arrive(packed: int, row: int, straight: float, bent: float) -> None:
         line.loss = lost(line.slant_range_m, 0, line.listener, way)
 
 
-def deafen(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
+def lose_at_failed(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
     """Let ASVs that have failed, or fail meanwhile, not hear pings that have just been sent.
 
     `receptions` are those of `pings`.  Who has failed before a ping comes is as good as not there:

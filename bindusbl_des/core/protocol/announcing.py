@@ -1,5 +1,5 @@
-"""What an AUV does that frames tell its slots: the settings of the knowledge `broadcast`, which
-:mod:`.dissemination` works by.
+"""Settings of the knowledge `broadcast`, with which frames announce slots
+(:mod:`.dissemination`).
 """
 
 from typing import Literal

@@ -1,4 +1,4 @@
-"""The answers to calls, which an ASV that polls waits for."""
+"""The answers to an ASV's calls, for which polling waits."""
 
 from collections.abc import Generator
 from functools import partial
@@ -15,10 +15,10 @@ SlotNumber = tuple[int, int]  # number of a round, and of a slot in it
 
 
 class Answers:
-    """The answers to the calls of a slot, which ends when each caller has decoded its own, and any
-    frame that answers it in turn is over.
+    """The answers to the calls of a slot; the slot ends when each caller has decoded its own, and
+    the frame that then answers it, if any, is over.
 
-    A caller that is not answered, or does not decode the answer, waits for the end of the slot.
+    If a caller gets no answer, or does not decode it, the slot takes its full length.
     """
 
     def __init__(
@@ -29,7 +29,9 @@ class Answers:
         self._complete = env.event()
 
     def begin(self, slot: SlotNumber, calls: int) -> None:
-        """Let a slot begin in which so many AUVs are called; answers to others are late."""
+        """Begin a slot in which so many AUVs are called; answers to other slots are late, and do
+        not count.
+        """
         self._slot, self._missing, self._complete = slot, calls, self._env.event()
 
     def expect(self, slot: SlotNumber, pings: range, caller: int) -> None:

@@ -1,8 +1,9 @@
-"""Who hears whom, and so which AUVs must not ping at once: conflicts, their graph, ping groups.
+"""Which ASV hears which AUV, and so which AUVs must not ping at once: conflicts, their graph,
+groups.
 
-The graph of thousands of AUVs has millions of edges.  That two AUVs are in conflict says only that
-some ASV hears both, so for counting and colouring it is enough to know of each ASV whom, or which
-colours, it hears.  Only user-defined schedules get the graph.
+The graph of thousands of AUVs has millions of edges.  Since two AUVs are in conflict if one ASV
+hears both, counting and colouring need for each ASV only the AUVs, or colours, that it hears.  Only
+user-defined schedules get the graph.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,15 +29,15 @@ Answer = TypeVar("Answer")
 BYTE, EIGHT = np.uint64(255), np.uint64(8)
 BITS = np.array([number.bit_count() for number in range(256)], dtype=np.int64)
 
-# AUVs move a metre between rounds: conflicts recur, and so need not be worked out anew each time.
+# Results that are kept: AUVs move a metre between rounds, so the same conflicts recur.
 REMEMBERED = 256
 
-# Those of more AUVs hardly ever recur, and are too large to keep.
+# Fleets whose results are kept: conflicts of more AUVs hardly ever recur, and are too large.
 SMALL_FLEET = 32
 
 
 def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Flags:
-    """Return who is within a reach (m) of whom (:func:`within`), shape (AUVs, ASVs).
+    """Return which AUVs are within a reach (m) of which ASVs (:func:`within`), shape (AUVs, ASVs).
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
     """
@@ -55,7 +56,7 @@ def _hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool, heard: Flags
 
 
 class Surveyed(NamedTuple):
-    """Who is looked at: AUVs and ASVs, and the reach (m) of whom is told, as of :func:`hearing`."""
+    """The motions of AUVs and ASVs, and the reach (m) and `slant` of :func:`hearing`."""
 
     auvs: Motion
     asvs: Motion
@@ -64,16 +65,15 @@ class Surveyed(NamedTuple):
 
 
 class VehiclePositions:
-    """Tells where all vehicles are, and who is within a reach of whom."""
+    """Positions of all vehicles at any instant, and which AUVs are within a reach of which ASVs."""
 
     def __init__(self, surveyed: Surveyed) -> None:
-        """Take who is looked at."""
         self._packed = Packed(surveyed)
         self._auvs, self._asvs = len(surveyed.auvs.first) - 1, len(surveyed.asvs.first) - 1
 
     def at(self, time: float) -> tuple[Floats, Floats, Flags]:
-        """Return where AUVs and ASVs are at an instant (s), (n, 3) and (m, 3) in m, and
-        :func:`hearing` of these.
+        """Return the positions of AUVs (n, 3) and ASVs (m, 3) at an instant (s), in m, and their
+        :func:`hearing` (n, m).
         """
         auvs, asvs = np.empty((self._auvs, 3)), np.empty((self._asvs, 3))
         heard = np.empty((self._auvs, self._asvs), dtype=np.bool_)
@@ -89,7 +89,7 @@ def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Flags) 
 
 
 def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer]:
-    """Remember what a function has said of the hearing of a small fleet."""
+    """Cache a function of a small fleet's hearing (n, m)."""
 
     def asked(heard: bytes, auvs: int, asvs: int) -> Answer:
         return work_out(np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs))
@@ -106,7 +106,7 @@ def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer
 
 @_remembered
 def conflict_graph(heard: Flags) -> "nx.Graph[int]":
-    """Return the graph whose edges join AUVs that some ASV hears both of (eq. conflict_pred).
+    """Return the graph (eq. conflict_pred) whose edges join two AUVs that one ASV hears both.
 
     It is frozen, because rounds share it.
 
@@ -126,7 +126,7 @@ def conflict_graph(heard: Flags) -> "nx.Graph[int]":
 
 @_remembered
 def conflict_count(heard: Flags) -> int:
-    """Return the number of pairs of AUVs that some ASV hears both of; `heard` (AUVs, ASVs).
+    """Return the number of pairs of AUVs that one ASV hears both; `heard` (AUVs, ASVs).
 
     >>> conflict_count(np.array([[True, False], [True, True], [False, True]]))
     2
@@ -136,10 +136,10 @@ def conflict_count(heard: Flags) -> int:
 
 @_remembered
 def greedy_groups(heard: Flags) -> Groups:
-    """Return the groups of AUVs without a common listener, each AUV in index order put into the
-    first group that has room for it (eq. greedy_colour).
+    """Return groups of AUVs without a common listener: each AUV, in index order, joins the first
+    group in which no ASV that hears it hears another (eq. greedy_colour).
 
-    An AUV that no ASV hears is in the first group, and burns no slot of its own.
+    An AUV that no ASV hears joins the first group, and takes no slot of its own.
 
     >>> greedy_groups(np.array([[True], [True], [False]]))
     ((0, 2), (1,))
@@ -151,15 +151,15 @@ def greedy_groups(heard: Flags) -> Groups:
 
 @_remembered
 def dsatur_groups(heard: Flags) -> Groups:
-    """Return groups without a common listener; the AUV that meets most colours is put first, and
-    of these the one with most conflicts (DSATUR, Brelaz 1979).
+    """Return groups without a common listener by DSATUR (Brelaz 1979): the AUV whose neighbours
+    have most colours is next, among equals the one with most conflicts.
     """
     colours = np.full(len(heard), -1, dtype=np.int64)
     _dsatur(heard, _degrees(heard), colours)
     return _grouped(colours)
 
 
-# Which ping groups there are of who is heard by whom, by what a schedule declares of them.
+# Functions from hearing (AUVs, ASVs) to ping groups, by the names that schedules declare.
 GROUPINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
     "first_fit": greedy_groups,
     "saturation": dsatur_groups,
@@ -175,7 +175,7 @@ def _grouped(colours: Ints) -> Groups:
 
 
 def _degrees(heard: Flags) -> Ints:
-    """Return with how many others each AUV is in conflict, (AUVs,)."""
+    """Return the number of conflicts of each AUV, (AUVs,)."""
     words = -(-len(heard) // 64)
     hearers = np.zeros((heard.shape[1], 8 * words), dtype=np.uint8)
     hearers[:, : -(-len(heard) // 8)] = np.packbits(heard.T, axis=1)
@@ -186,7 +186,7 @@ def _degrees(heard: Flags) -> Ints:
 
 @compiled
 def _count_neighbours(heard: Flags, hearers: Words, bits: Ints, degrees: Ints) -> None:
-    """Count all whom an AUV's listeners hear; each AUV is a bit of the words of `hearers`."""
+    """Count the AUVs that each AUV's listeners hear; an AUV is one bit in a row of `hearers`."""
     met = np.empty(hearers.shape[1], dtype=np.uint64)
     for auv in range(len(heard)):
         for word in range(met.size):
@@ -205,9 +205,9 @@ def _count_neighbours(heard: Flags, hearers: Words, bits: Ints, degrees: Ints) -
 
 @compiled
 def greedy_colours(heard: Flags, colours: Ints) -> None:
-    """Write the numbers of the groups (AUVs,) that :func:`greedy_groups` puts AUVs into."""
+    """Write each AUV's group number (AUVs,), as of :func:`greedy_groups`, to `colours`."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
-    lowest = np.zeros(heard.shape[1], dtype=np.int64)  # colour that an ASV may still hear
+    lowest = np.zeros(heard.shape[1], dtype=np.int64)  # the first colour that an ASV has not heard
     for auv in range(len(heard)):
         own = np.flatnonzero(heard[auv])
         first = 0
@@ -222,7 +222,7 @@ def greedy_colours(heard: Flags, colours: Ints) -> None:
 
 @compiled
 def _smallest(own: Ints, used: Flags, first: int) -> int:
-    """Return the smallest colour from `first` on that none of the ASVs `own` has in use."""
+    """Return the smallest colour from `first` on that none of the ASVs `own` hears."""
     colour = first
     while _is_used(own, used, colour):
         colour += 1
@@ -239,9 +239,9 @@ def _is_used(own: Ints, used: Flags, colour: int) -> bool:
 
 @compiled
 def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
-    """Write colours over -1."""
+    """Write each AUV's colour by DSATUR to `colours`, which is -1 at first."""
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
-    met = np.zeros(len(heard), dtype=np.int64)  # colours of neighbours
+    met = np.zeros(len(heard), dtype=np.int64)  # number of colours among neighbours
     for _ in range(len(heard)):
         best = -1
         for auv in range(len(heard)):
@@ -262,7 +262,9 @@ def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
 
 @compiled
 def _is_new(heard: Flags, own: Ints, used: Flags, colour: int) -> bool:
-    """Tell whether an AUV is heard by one of `own`, and by none that hears the colour so far."""
+    """Return whether an ASV of `own` hears an AUV, and no ASV that hears it has heard the
+    colour.
+    """
     shared = False
     for asv in own:
         shared = shared or heard[asv]

@@ -1,8 +1,8 @@
-"""How a round goes in time: a downlink run on a dry network of slots and airtimes, without sound.
+"""Timelines of rounds: a downlink runs on a dry network of slots and airtimes, without sound.
 
 The downlinks of :mod:`.downlinks` are generators that read as their rounds go.  Here the same
-generators run where nobody pings and nothing is heard: whatever must know how long a round lasts
-(`timing`, `limits`, warnings, the verifier, the planner) asks them, and no formula beside them.
+generators run where no AUV pings and nothing is heard: whatever must know how long a round lasts
+(`timing`, `limits`, warnings, the verifier, the planner) asks them, and no formula.
 """
 
 from collections.abc import Sequence
@@ -20,14 +20,14 @@ from .downlinks import direct_reply, sequential
 from .network import Network, Turn
 from .slots import Slots
 
-# What stands in for a downlink of one's own, whose rounds nobody knows
+# Downlink whose timeline stands in for that of a user-defined one, which is unknown
 STAND_IN = sequential.__name__
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """A round among others like it: when each of its slots begins, and each of its broadcasts, and
-    when the next round does (s), all since it began.
+    """The timeline of a round among others like it, in s since its beginning: when each of its
+    slots begins, when each of its broadcasts does, and when the next round does.
     """
 
     slots_s: tuple[float, ...]
@@ -37,7 +37,9 @@ class Cycle:
 
 @dataclass
 class _Bands:
-    """Both bands: each slot brings fixes, and a broadcast takes those that wait."""
+    """Stand-in for both bands: each slot `brings` so many fixes, and a broadcast takes those that
+    wait.
+    """
 
     brings: Sequence[int]
     env: simpy.Environment
@@ -50,12 +52,14 @@ class _Bands:
         self.waiting += self.brings[slot]
 
     def send(self, number: int, fixes: Any, asv: int, time: float, message: Any, part: int) -> None:
-        """Send a frame, of which nothing is heard."""
+        """Send a frame that no AUV hears."""
 
 
 @dataclass
 class _Dissemination:
-    """Schedule dissemination of which each frame names so many AUVs, and all know their slots."""
+    """Stand-in for schedule dissemination: each broadcast names so many AUVs, and all know their
+    slots.
+    """
 
     named: int
 
@@ -66,20 +70,22 @@ class _Dissemination:
         return {0: range(self.named)}
 
     def foretell(self, number: int, ends: float) -> None:
-        """Say when the next round begins, which nobody hears."""
+        """Announce the next round's start to no AUV."""
 
     def send(self, number: int, frame: int, part: int, names: Sequence[int]) -> None:
-        """Note whom a frame names."""
+        """Announce slots to no AUV."""
 
 
 class _Nobody:
-    """Neither a fleet nor a record: no ASV fails, and nothing is written down."""
+    """Stand-in for fleet and record: no ASV fails, and nothing is recorded."""
 
     failures, vehicles, broadcasts = None, (), ()
 
 
 class _Dry:
-    """What a downlink works with, of a network: slots, airtimes, and one ASV that broadcasts."""
+    """Stand-in for the network that a downlink works with: slots, airtimes, and one ASV that
+    broadcasts.
+    """
 
     def __init__(self, slots: Slots, brings: Sequence[int], named: int, busy_s: float) -> None:
         self.env, self.slots = simpy.Environment(), slots
@@ -101,17 +107,18 @@ class _Dry:
         bands.broadcasts_s.append(time)
         taken = bands.waiting
         if messages.most is not None and not messages.splits:
-            taken = min(taken, messages.most)  # the others would wait for rounds: not counted again
+            taken = min(taken, messages.most)  # the others, which wait for rounds, are dropped
         bands.waiting = 0
         return range(taken)
 
 
 @lru_cache(maxsize=4096)
 def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: int = 0) -> Cycle:
-    """Return how a round of a downlink goes, once rounds like it went before; None: there is none.
+    """Return the timeline of a downlink's round once it repeats; `downlink` None: without
+    broadcasts.
 
-    It has so many ping `groups` in slots T_UL, which bring so many `fixes`, as evenly as may be;
-    each of its broadcasts tells `named` AUVs their slots.
+    The round has so many ping `groups` in slots T_UL, which bring so many `fixes`, as evenly as
+    possible; each of its broadcasts tells `named` AUVs their slots.
 
     >>> from bindusbl_des import Setup, load_scenario
     >>> slots = Setup(load_scenario("baseline_60m")).slots
@@ -135,7 +142,7 @@ def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: in
 
 
 def _run(downlink: str | None, dry: _Dry, groups: int) -> float:
-    """Return when a round ends (s) that begins at 0."""
+    """Return when (s) a round ends that begins at 0 s."""
     rounds = direct_reply if downlink is None else sequential
     if downlink is not None and downlink in DOWNLINK.parts:
         rounds = DOWNLINK.part(downlink)

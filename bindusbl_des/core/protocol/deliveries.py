@@ -1,8 +1,8 @@
-"""How fixes come to AUVs: delivered late and together, or each at its instant where that matters.
+"""Deliveries of fixes to AUVs: late and together, or each at its instant where that matters.
 
-An AUV that steers by its fixes, or is moved meanwhile, has each at its own instant; the others' are
-delivered when they are asked about, in the order of their arrival, and come to the same, bit for
-bit.
+An AUV that steers by its fixes, or is moved from outside, gets each fix at its instant.  The fixes
+of other AUVs are delivered when they are asked for, in the order of their arrival, with the same
+result, bit for bit.
 """
 
 from collections.abc import Callable, Iterable
@@ -22,7 +22,7 @@ from .steps import moment
 
 
 class Deliveries:
-    """The fixes of a mission that AUVs are yet to have, however they come to them."""
+    """The fixes of a mission that are yet to be delivered to AUVs."""
 
     #: Whether an AUV has a fix as soon as it has heard a ping.
     heard_is_had = False
@@ -34,42 +34,44 @@ class Deliveries:
         #: The first fix that may still be delivered.
         self.first_under_way = 0
         self._due = np.empty(0, dtype=np.int64)
-        #: What makes AUVs fixes of their own at the surface; None where they have no receivers.
+        #: GNSS receivers, by which AUVs fix themselves at the surface; None: they have none.
         self.gnss: GnssReceivers | None = None
-        #: Whom to tell that a broadcast begins, of fixes whose arrivals are known, and of those
-        #: that are delivered: None unless that is waited for.
+        #: Called as a broadcast begins, with fixes whose arrivals are known, and with fixes as they
+        #: are delivered; None where no code waits for these.
         self.on_broadcast: Callable[[], None] | None = None
         self.on_frame: Callable[[Iterable[int]], None] | None = None
         self.on_delivered: Callable[[Ints], None] | None = None
 
     def _expect(self, fix: int, instant: float) -> None:
-        """Let an AUV have a fix at an instant (s), but not before now."""
+        """Schedule the delivery of a fix at an instant (s), but not before now."""
         arrives = max(instant, self._env.now)
         self._fixes.array[fix]["arrives_at_s"] = arrives
         self._deliver_by(arrives, [fix])
 
     def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
-        """Let AUVs have fixes of which the last arrives at an instant (s), if that can be seen."""
+        """Schedule the delivery of fixes, the last of which arrives at an instant (s), where the
+        instant matters.
+        """
         if self.on_frame is not None:
             self.on_frame(rows)
-        elif not self._auvs.foreseen:  # they steer by them, or who knows by what
+        elif not self._auvs.foreseen:  # AUVs steer by fixes, or are moved from outside
             moment(self._env, instant).callbacks.append(lambda _: self.deliver(instant))
 
     def settle(self, time: float) -> None:
-        """Let AUVs have what has reached them by an instant (s), all of whose events are over.
+        """Deliver the fixes that have arrived by an instant (s), all of whose events are over.
 
-        Who steers by fixes has had each at its own instant, and nothing is left to do.
+        AUVs that steer by fixes have had each at its own instant, and nothing is left to do.
         """
         if self._auvs.foreseen:
             self.deliver(time)
 
     def deliver(self, time: float) -> None:
-        """Let AUVs have every fix that has reached them by an instant (s)."""
+        """Deliver every fix that has reached its AUV by an instant (s)."""
         fixes = self._fixes
         waiting = fixes.count - self.first_under_way
         if waiting > len(self._due):
             self._due = np.empty(2 * waiting, dtype=np.int64)
-        self._auvs.advance(time)  # up to now AUVs have steered without these fixes
+        self._auvs.advance(time)  # AUVs have moved up to now without these fixes
         count, self.first_under_way = delivered(
             fixes.array, self.first_under_way, fixes.count, time, self._due
         )
@@ -83,7 +85,7 @@ class Deliveries:
 
 
 class OwnFixes(Deliveries):
-    """The fixes that AUVs make themselves: each has its own as soon as it has decoded a ping."""
+    """Fixes that AUVs make themselves: each has its own as soon as it has decoded a ping."""
 
     heard_is_had = True
 
@@ -99,23 +101,23 @@ class OwnFixes(Deliveries):
         self._outcomes = outcomes
 
     def expect(self, pings: range) -> None:
-        """Let AUVs that steer by their fixes, or are moved meanwhile, have each at its instant."""
+        """Schedule deliveries of each fix, where AUVs steer by fixes or are moved from outside."""
         if not self._auvs.foreseen:
             lasts = self._outcomes.band.duration
             self._outcomes.when_over(self._env, pings, lambda _, came: self.settle(came + lasts))
 
     def settle(self, time: float) -> None:
-        """Let AUVs have all fixes that they have made by an instant (s)."""
+        """Deliver the fixes that AUVs have made by an instant (s)."""
         self._outcomes.resolve_passed(time)
         self.deliver(time)
 
 
 @compiled
 def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
-    """Note the fixes first..end that have arrived by an instant (s); write their rows to `due`.
+    """Mark the fixes first..end that have arrived by an instant (s) as delivered; write their rows
+    to `due`, in the order of their arrival.
 
-    They stand there in the order of their arrival.  Return how many there are, and the first row
-    that is still under way.
+    Return how many there are, and the first row that is still in flight.
     """
     count, waiting = 0, end
     for row in range(first, end):

@@ -1,14 +1,14 @@
-"""The MF band: frames of fixes travel from ASVs to every AUV in range; who has which fix when.
+"""The MF band: frames of fixes travel from ASVs to every AUV in range; which AUV has which fix
+when.
 
-A frame that begins at t and lasts T_A reaches the AUVs that are in range at t: it is a sound at
-each (:mod:`..acoustics.sounds`).  At an AUV it begins when its front has come, and ends when the
-sound of its end has, from where the vessel is by then.  What decodes it hands it over `delay_s`
-later.
+A frame that begins at t and lasts T_A reaches the AUVs that are in range at t, as one sound at each
+(:mod:`..acoustics.sounds`).  At an AUV it begins when its front arrives, and ends when the sound
+that left its ASV at t + T_A does.  An AUV that decodes it has its fixes `delay_s` later.
 
-What becomes of a frame at an AUV is worked out when it is asked for, and not before it has ended
-there, when all that could overlap it are on record.  Nothing is asked as long as no two frames have
-ever been on the air at once.  Fixes are delivered in the order of their arrival, not of sending: a
-frame from nearby overtakes one from afar.
+A frame's outcome at an AUV is worked out when it is asked for, once the frame has ended there, when
+all sounds that could overlap it are on record; but not as long as no two frames have ever
+overlapped.  Fixes are delivered in the order of their arrival, not of sending: a frame from nearby
+overtakes one from far away.
 """
 
 import math
@@ -56,9 +56,9 @@ from ..vehicles.vehicle import Place
 from .deliveries import Deliveries
 from .outcomes import Outcomes
 
-# What a channel other than the disc makes of a frame at an AUV: IN_FLIGHT if that decodes it where
-# nothing overlaps it, else what becomes of it, and why; how likely it is lost, how strong it is,
-# and how much later it is there than straight on (:data:`..acoustics.propagation.PROSPECT`).
+# A frame at an AUV by a channel other than the disc: its outcome (IN_FLIGHT if the AUV decodes it
+# unless another sound overlaps it) and why; its loss probability, its strength, and how much later
+# (s) than on a straight ray it arrives (:data:`..acoustics.propagation.PROSPECT`).
 PROMISE = np.dtype(
     [("outcome", "i8"), ("why", "i8"), ("loss", "f8"), ("sound", "f8"), ("late_s", "f8")]
 )
@@ -66,12 +66,12 @@ DISC: Rows = np.empty(0, PROMISE)
 
 
 class FrameBand(NamedTuple):
-    """What holds for all frames: AUVs within a `reach` (m), seen from above unless `slant`, decode
-    them, or as often as the `channel` says, where one is asked; they travel at `sound_speed` (m/s).
-    Frames that overlap at an AUV destroy each other, but for `capture` as of
-    :class:`..acoustics.channel.Receiver`.  What a channel lets be lost is lost in `bursts` (AUVs,
-    ASVs), :data:`..acoustics.bursts.PAIR`, if not None; and where its path changes faster than a
-    `doppler_limit` (m/s).
+    """What holds for all frames.  AUVs within a horizontal (`slant`: slant) `reach` (m) decode
+    them, or as often as the `channel` says, if any; they travel at `sound_speed` (m/s).  Frames
+    that overlap at an AUV destroy each other, but for `capture` as of
+    :class:`..acoustics.channel.Receiver`.  Losses by the channel come in `bursts` (AUVs, ASVs),
+    :data:`..acoustics.bursts.PAIR`, if not None; a frame is lost where the range changes faster
+    than `doppler_limit` (m/s).
     """
 
     reach: float
@@ -84,8 +84,8 @@ class FrameBand(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """What frames of fixes are sent in, handed over once; reach (m) as of :class:`FrameBand`.
-    Instants are those of a clock of a `rate` (Hz, see :func:`after`).
+    """What :func:`begin_frame` works with, packed once: all fixes, `slant` and `reach` (m) as of
+    :class:`FrameBand`, and the `rate` of the clock (Hz, see :func:`after`).
     """
 
     fixes: Annotated[Rows, FIX]
@@ -110,7 +110,7 @@ class MfDownlink(Deliveries):
         streams: Streams,
         ping_s: float,
     ) -> None:
-        """Take the clock that instants are of, and how long (s) pings last."""
+        """Instants are those of `clock`; pings last `ping_s` (s)."""
         super().__init__(env, auvs, navigator, record)
         self._ping_s = ping_s
         self._asvs, self._clock, self._record, self._band = asvs, clock, record, band
@@ -120,19 +120,19 @@ class MfDownlink(Deliveries):
         self._spreading = Spreading(
             None, NO_LOSS, band.slant, band.reach, "mf", random, band.doppler_limit
         )
-        #: What sounds where: frames, and where AUVs are deaf meanwhile their own pings.
+        #: All sounds on MF: frames, and an AUV's pings where it hears no frame as it pings.
         self.sounds = Sounds(auvs, asvs, band.sound_speed, long=True)
-        #: Where ASVs hear nothing while they send frames, if they do: on the HF band.
+        #: The sounds of HF, where ASVs hear nothing there while they send frames; else None.
         self.deafens: Sounds | None = None
-        self._first: list[int] = []  # of each frame the row of its sound at AUV0, before the others
-        self._delay_s: list[float] = []  # and how long after its end it is handed over
+        self._first: list[int] = []  # by frame: the row of its sound at AUV0; other AUVs' follow
+        self._delay_s: list[float] = []  # by frame: how long after its end the modem delivers it
         self._sent_in = Packed(Sent(self._fixes.array, band.slant, band.reach, clock.rate))
         self._fixes.hand_on(self._sent_in, "fixes")
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -inf
-        self._listeners = len(auvs)  # the first of all vehicles: who hears frames
-        self._passed_at = 0.0  # by then (s) all frames so far have passed
-        self._is_shared = False  # whether anything may ever have met a frame
+        self._listeners = len(auvs)  # so many vehicles, AUVs first, hear frames
+        self._passed_at = 0.0  # instant (s) by which all frames so far have passed
+        self._is_shared = False  # whether any sound may have overlapped a frame
 
     def deafen(self, pings: range) -> None:
         """Let AUVs hear no frames while they send pings that begin now."""
@@ -154,8 +154,8 @@ class MfDownlink(Deliveries):
         """Send fixes of a round in a frame that starts at `time`, and lasts as long as its message
         (eq. deliver_tick).
 
-        A modem hands a frame over so much later than its end has arrived.  A channel is asked by
-        its size.  When AUVs will have those fixes that are `told` so (None: all) is noted at once.
+        A modem delivers it some delay after its end has arrived; a channel is asked by its size.
+        The arrivals of the fixes `told` (None: all) are written at once.
         """
         told, airtime, delay = rows if told is None else told, message.airtime_s, message.delay_s
         on_air = self._asvs.works_for(asv, time, airtime)
@@ -185,13 +185,13 @@ class MfDownlink(Deliveries):
             self.deafens.deafen(BY_OWN_FRAME, number, auvs + asv, time, on_air)
         if last >= 0.0:
             self._deliver_by(last, told)
-        elif len(told) and not foreseen:  # they steer meanwhile by other fixes, or who knows
+        elif len(told) and not foreseen:  # AUVs steer meanwhile by other fixes, or from outside
             event = self._env.timeout(airtime)
             event.callbacks.append(partial(self._leave, told, asv, (time, airtime, delay)))
 
     def _lose_shifted(self, rows: Ints, first: int, time: float, limit: float) -> None:
-        """Let AUVs lose a frame with fixes that begins at an instant (s), with sounds from `first`
-        on, where the path changes faster than a limit (m/s).
+        """Mark a frame as lost at AUVs whose range changes faster than a limit (m/s); its sounds
+        begin at row `first`, its fixes are `rows`.
         """
         sounds, fixes = self.sounds.array[first : first + len(self._auvs)], self._fixes.array
         was = sounds["outcome"] == IN_FLIGHT
@@ -201,8 +201,8 @@ class MfDownlink(Deliveries):
         fixes["outcome"][lost], fixes["arrives_at_s"][lost] = LOST, nan
 
     def _ask(self, channel: AskedChannel, carried: Ints, asv: int, time: float) -> Rows:
-        """Return what becomes of a frame of fixes at those who listen (n,), :data:`PROMISE`, that
-        an ASV begins at an instant (s).
+        """Return a channel's answer about a frame of fixes that an ASV begins at an instant (s), at
+        each listener (n,), :data:`PROMISE`.
         """
         auvs, bursts = len(self._auvs), self._band.bursts
         found = self.sounds.heard_from(
@@ -214,7 +214,7 @@ class MfDownlink(Deliveries):
         if bursts is not None:
             losses = np.ascontiguousarray(found["loss"][:auvs])
             luck = burst_chances(np.ascontiguousarray(bursts[:, asv]), time, losses)
-        luck = np.append(luck, np.ones(len(found) - auvs))  # ASVs decode no other's frame
+        luck = np.append(luck, np.ones(len(found) - auvs))  # ASVs decode no frames of each other
         promised, loss = np.empty(len(found), PROMISE), found["loss"]
         promised["outcome"] = np.where(
             loss < 1.0, np.where(luck < loss, LOST, IN_FLIGHT), OUT_OF_RANGE
@@ -225,17 +225,17 @@ class MfDownlink(Deliveries):
             promised[name] = found[name]
         return promised
 
-    # What has become of frames
+    # Outcomes of frames
 
     def deliver(self, time: float) -> None:
-        """Let AUVs have every fix that has reached them by an instant (s), in a frame that nothing
-        has destroyed there.
+        """Deliver every fix that has reached its AUV by an instant (s), in a frame that was not
+        destroyed there.
         """
         if self._is_shared:
             first = self.first_under_way
             fixes = self._fixes.rows[first:]
             arrives = (fixes["outcome"] == IN_FLIGHT) & (fixes["arrives_at_s"] <= time)
-            arrives &= fixes["frame"] != NONE  # answers are no frames
+            arrives &= fixes["frame"] != NONE  # instant answers are no frames
             due = fixes[arrives]
             received = self._received(due["frame"], due["auv"], time)
             rows = first + np.flatnonzero(arrives)[received["outcome"] == COLLIDED]
@@ -243,8 +243,8 @@ class MfDownlink(Deliveries):
         super().deliver(time)
 
     def decoded(self, broadcast: int, time: float) -> NDArray[np.bool_]:
-        """Return which AUVs have decoded a broadcast, by its number from 0, by an instant (s) that
-        is not to come, shape (n,): its end has come to them, and their modem has handed it over.
+        """Return which AUVs (n,) have decoded a broadcast, by its number from 0, by an instant (s)
+        that is not later than now: its end has arrived, and their modem has delivered it.
         """
         auvs = np.arange(len(self._auvs))
         received = self._received(np.full(len(auvs), broadcast), auvs, time)
@@ -253,14 +253,14 @@ class MfDownlink(Deliveries):
         return found
 
     def close(self, time: float) -> None:
-        """Let AUVs have what has reached them by an instant (s), the mission's last; put on record
-        what became of each frame at each of them: where not everything is, of those destroyed.
+        """Deliver the fixes that have arrived by the mission's last instant (s); record the outcome
+        of each frame at each AUV, or only of destroyed ones where not everything is recorded.
         """
         self.deliver(time)
         auvs, frames = np.arange(len(self._auvs)), np.arange(len(self._first))
         if self._record.everything:
             each = [self._received(np.repeat(frames, len(auvs)), np.tile(auvs, len(frames)), time)]
-        elif self._is_shared:  # frame by frame: there may be no room for all
+        elif self._is_shared:  # frame by frame: all at once may not fit into memory
             met = (self._received(np.full(len(auvs), frame), auvs, time) for frame in frames)
             each = [rows[rows["outcome"] == COLLIDED] for rows in met]
         else:
@@ -270,7 +270,9 @@ class MfDownlink(Deliveries):
         table.array, table.count = received, len(received)
 
     def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
-        """Return what has become of frames at AUVs, (n,) each, by an instant (s), shape (n,)."""
+        """Return the outcomes of frames at AUVs, (n,) each, by an instant (s),
+        :data:`FRAME_RECEPTION` (n,).
+        """
         self._auvs.advance(time)
         self._asvs.advance(time)
         received = np.empty(len(frames), FRAME_RECEPTION)
@@ -285,7 +287,9 @@ class MfDownlink(Deliveries):
     def _leave(
         self, rows: Ints, asv: int, frame: tuple[float, float, float], _: simpy.Event
     ) -> None:
-        """Let the end of a frame set out to AUVs that have moved since the frame began."""
+        """Wait for the end of a frame (its start, airtime and delay, s) at AUVs that move as it is
+        sent.
+        """
         ends = frame[0] + frame[1]
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
@@ -295,13 +299,13 @@ class MfDownlink(Deliveries):
                 event.callbacks.append(partial(self._arrive, fix, asv, frame, late))
 
     def _late_s(self, fix: int) -> float:
-        """Return how much later (s) the frame of a fix is at its AUV than straight on."""
+        """Return how much later (s) than on a straight ray the frame of a fix reaches its AUV."""
         row = self._fixes.array[fix]
         return float(self.sounds.array[self._first[row["frame"]] + row["auv"]]["late_s"])
 
     def _nearly_there(self, fix: int, vessel: Place, time: float, late: float) -> simpy.Timeout:
-        """Return the event at which what left a vessel at an instant (s) is nearly at its AUV, so
-        much later (s) than straight on.
+        """Return the event at which sound that left an ASV at `vessel` at an instant (s), `late`
+        (s) later than on a straight ray, has nearly reached the AUV of a fix.
         """
         now, auv = self._env.now, self._fixes.array[fix]["auv"]
         place = self._auvs.vehicles[auv].at(now)
@@ -311,28 +315,30 @@ class MfDownlink(Deliveries):
     def _arrive(
         self, fix: int, asv: int, frame: tuple[float, float, float], late: float, _: simpy.Event
     ) -> None:
-        """Find the exact arrival when it is near: who steers by fixes has no sure future."""
+        """Work out the exact arrival of a frame that is near: the AUV's motion was not known
+        before.
+        """
         time, airtime, delay = frame
         travel = self._travel(asv, fix, time + airtime, late)
         self._expect(fix, self._clock.after(time, airtime + travel + delay))
 
     def _travel(self, asv: int, fix: int, time: float, late: float) -> float:
-        """Return how long (s) sound from an ASV at an instant (s) travels to the AUV of a fix, so
-        much later (s) than straight on.
+        """Return the travel time (s) of sound from an ASV at an instant (s) to the AUV of a fix,
+        `late` (s) longer than on a straight ray.
         """
         auv = int(self._fixes.array[fix]["auv"])
         if self._auvs.foreseen:
             self._asvs.advance(time)
             return way_s(self.sounds.sea.address, asv, auv, time, late)
-        # the AUV's way is made known as it is asked for
+        # `at` advances the AUV's motion as it is asked
         vessel, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
         return late + travel_time(vessel, at, time + late, self._band.sound_speed)
 
     # Answers that take no airtime
 
     def reply(self, round_number: int, fix: int, asv: int, time: float, late: float = 0.0) -> None:
-        """Answer a ping that reached the ASV at `time` (s); the answer takes only its way, as much
-        later (s) than straight on as the ping did.
+        """Answer a ping that reached the ASV at `time` (s); the answer takes only its travel time,
+        as much longer (s) than on a straight ray as the ping's was.
         """
         row = self._fixes.array[fix]
         row["broadcast_at_s"], row["broadcast_by"] = time, asv
@@ -346,7 +352,7 @@ class MfDownlink(Deliveries):
             self._answered(fix, asv, time, late)
 
     def _answered(self, fix: int, asv: int, time: float, late: float) -> None:
-        """Let an AUV have the answer that an ASV sent at an instant (s), but not before now."""
+        """Deliver an answer that an ASV sent at an instant (s), but not before now."""
         pinged_at = float(self._fixes.array[fix]["pinged_at_s"])
         two_way = time - pinged_at + self._travel(asv, fix, time, late)
         self._expect(fix, self._clock.after(pinged_at, max(two_way, self._env.now - pinged_at)))
@@ -356,13 +362,13 @@ class Replies:
     """The first ASV that decodes a ping answers it with a fix of its own; no fix waits
     (conventional USBL).
 
-    An answer is a frame of its own (`message`), which sets out once the ping is decoded.  An ASV
-    hears no ping while it answers one, as transponders are locked out meanwhile, so that it never
-    has two to answer; another ASV may hear the ping and answer it.
+    An answer is a frame of its own (`message`), sent once the ping is decoded.  An ASV hears no
+    ping while it answers one, as transponders are locked out meanwhile, so it never has two to
+    answer; another ASV may hear the ping and answer it.
 
-    Without a message answers take no airtime.  They set out `after` (s) the ping's front has
-    arrived: 0 is what the paper's latencies need, although no ASV can have decoded the ping
-    by then; its duration is the earliest in truth.
+    Without a message answers take no airtime.  They leave `after` (s) the ping's front has arrived:
+    0 gives the paper's latencies, although no ASV can have decoded the ping by then; the ping's
+    duration is the earliest that is possible.
     """
 
     def __init__(
@@ -382,7 +388,7 @@ class Replies:
         self._outcomes.when_over(self._env, pings, self._hear)
 
     def _hear(self, row: int, arrived: float) -> None:
-        """Answer a ping when it has just been heard for the first time."""
+        """Answer a ping if this reception is the first that is heard."""
         reception = self._record.receptions.array[row]
         if not self._outcomes.resolve(int(reception["ping"]), row):
             return
@@ -400,18 +406,17 @@ def begin_frame(
     packed: int, packed_sea: int, number: int, count: int, asv: int, time: float, on_air: float,
     airtime: float, delay: float, carried: Ints, foreseen: bool, promised: Rows, listeners: int,
 ) -> tuple[float, float, int]:  # fmt: skip
-    """Let an ASV send fixes, the rows `carried` (k,), in the frame of a number, at an instant (s),
-    which is to last `airtime` (s) and is on the air for `on_air` (s): less if its ASV fails.  Write
-    its sounds behind the first `count`.
+    """Let an ASV send the fixes of the rows `carried` (k,) in frame `number` at an instant (s).
+    The frame would last `airtime` (s); it is on the air for `on_air` (s), less if its ASV fails.
+    Write its sounds behind the first `count`.
 
-    `packed` is the address of a :class:`Sent`, `packed_sea` that of a :class:`Sea`, which have room
-    for them.  It sounds at the first so many `listeners` of all vehicles, AUVs first, but at its
-    sender.  What becomes of it at each is `promised` (listeners,), :data:`PROMISE`, or nothing on
-    the disc.  The fixes tell when their AUVs will have them: `delay` (s) after the end has come.
-    An AUV out of range when the frame begins never gets its fix, nor one that loses it, and where
-    its way is not `foreseen` the arrival is left open (NaN).  Return the last instant (s) of those
-    known, or -1, how long (s) after it was sent no sound is over later, and the row after those of
-    the sounds.
+    `packed` is the address of a :class:`Sent`, `packed_sea` of a :class:`Sea` with enough free
+    rows.  The frame sounds at the first so many `listeners` of all vehicles, AUVs first, but not at
+    its sender; `promised` (listeners,), :data:`PROMISE`, is the channel's answer, empty on the
+    disc.  Write each fix's arrival, `delay` (s) after the frame's end has come; it stays NaN if the
+    AUV is out of range as the frame begins or loses the frame, and for now if its motion is not
+    `foreseen`.  Return the latest arrival (s) that is known, or -1; the longest time (s) from
+    sending to the end of any sound so far; and the row after the sounds.
     """
     into, sea, last = unpacked(packed, Sent), unpacked(packed_sea, Sea), -1.0
     fixes, auvs = into.fixes, sea.auvs
@@ -454,10 +459,8 @@ def begin_frame(
 
 @compiled
 def way_s(packed: int, asv: int, auv: int, time: float, late: float) -> float:
-    """Return how long (s) the sound of an ASV at an instant (s) travels to an AUV that it meets, so
-    much later (s) than straight on.
-
-    `packed` is the address of a :class:`Sea`.
+    """Return the travel time (s) of sound from an ASV at an instant (s) to an AUV, `late` (s)
+    longer than on a straight ray; `packed` is the address of a :class:`Sea`.
     """
     of = unpacked(packed, Sea)
     source = where(of.asvs, asv, time)
@@ -469,11 +472,11 @@ def receive(
     packed: int, rows: Ints, receptions: Rows, known: float, count: int, capture: float,
     met: Rows, pings: Rows, ping_s: float,
 ) -> None:  # fmt: skip
-    """Write what has become of frames at AUVs, the sounds `rows` (n,), by an instant (s), `known`,
-    up to which all motion is, to `receptions`, :data:`..records.rows.FRAME_RECEPTION`.
+    """Write the outcomes of frames at AUVs, the sounds `rows` (n,), by the instant `known` (s), up
+    to which all motion is known, to `receptions` (n,), :data:`..records.rows.FRAME_RECEPTION`.
 
-    `packed` is the address of a :class:`Sea`, of which so many sounds are on record: all that have
-    begun by then.  What has not ended at its AUV is in flight.  Further arguments as of
+    `packed` is the address of a :class:`Sea` with `count` sounds on record: all that have begun by
+    then.  A frame that has not ended at its AUV is in flight.  Further arguments as of
     :func:`..acoustics.signals.signal_outcome`.
     """
     sea = unpacked(packed, Sea)

@@ -1,8 +1,9 @@
-"""What happens in a mission, for whoever waits for it: reported at the instant at which it happens.
+"""Happenings of a mission, for code that waits for them: reported at the instant at which they
+occur.
 
-The protocol decides pings late and many at once, and fixes of a frame take effect together; none
-can tell.  Who waits for an arrival, its outcome or a delivery has an event of its own at that
-instant; what is decided, and every table, stays the same.
+The protocol decides pings late and many at once, and applies the fixes of a frame together.  Code
+that waits for an arrival, its outcome or a delivery gets an event of its own at the true instant;
+what is decided, and every table, stays the same.
 """
 
 from collections import deque
@@ -35,7 +36,7 @@ from .outcomes import Outcomes
 from .pings import HfBand
 from .steps import moment
 
-# What can be waited for, what its row is, and which column says when it happens.
+# Each kind of happening, and the class of its row
 KINDS: dict[str, type] = {
     "ping": Ping,
     "arrival": Reception,
@@ -44,7 +45,7 @@ KINDS: dict[str, type] = {
     "delivery": Fix,
 }
 
-# What may have become of it then
+# Outcomes that the row may have then
 ENDS = {
     "arrival": ("in_flight",),
     "reception": ("heard", "lost", "collided"),
@@ -53,16 +54,15 @@ ENDS = {
 
 
 class Happening(NamedTuple):
-    """Something that has happened at an instant (s): its kind, and its row as it stands then.
+    """Something that has happened at an instant (s): its kind, and its row as it is then.
 
-    `ping`: an AUV begins to ping (:class:`Ping`), with passive ranging an ASV.
-    `arrival`: its front reaches an ASV in range (Reception), or an AUV.  `reception`: it has ended
-    there, and was `heard`, `lost` or `collided` (Reception).  `broadcast`: an ASV begins a frame or
-    an answer (Broadcast).  `delivery`: an AUV has a fix, and has made of it what it makes of it
-    (Fix).
+    `ping`: an AUV begins to ping (:class:`Ping`), with passive ranging an ASV. `arrival`: the
+    ping's front reaches an ASV in range (Reception), with passive ranging an AUV. `reception`: the
+    ping has ended there, and was `heard`, `lost` or `collided` (Reception).  `broadcast`: an ASV
+    begins a frame or an answer (Broadcast).  `delivery`: an AUV has received a fix, and its
+    navigator has used or refused it (Fix).
 
-    A row has the columns of the table of its name; vehicles are numbers, and what there is not is
-    None.
+    A row has the columns of the table of its name; vehicles are numbers, and missing values None.
     """
 
     kind: str
@@ -71,7 +71,7 @@ class Happening(NamedTuple):
 
 
 class Watch:
-    """Happenings that are waited for: none is missed, each is had once, in order."""
+    """A queue of happenings of some kinds: each comes once, in order, and none is missed."""
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class Watch:
         return event
 
     def tell(self, happening: Happening) -> None:
-        """Take in a happening of one of the kinds, if it is one that is waited for."""
+        """Take a happening of one of the kinds, if its row has the values that are waited for."""
         if any(getattr(happening.row, name) != value for name, value in self._which.items()):
             return
         if self._waiting:
@@ -102,16 +102,16 @@ class Watch:
             self._seen.append(happening)
 
     def close(self) -> None:
-        """Wait for nothing any more."""
+        """Stop waiting."""
         self._close(self)
 
 
 def refuse_unknown(
     kinds: Iterable[str], which: Mapping[str, Any], counts: Mapping[str, int]
 ) -> None:
-    """Refuse kinds and columns that there are not, and values that a column never has.
+    """Refuse unknown kinds and columns, and values that a column never has.
 
-    `counts` are how many AUVs and ASVs there are, by their columns.
+    `counts` are the numbers of AUVs and ASVs, by their columns.
 
     Raises:
         ValueError: naming what there is instead.
@@ -135,7 +135,7 @@ def refuse_unknown(
 
 
 def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[str, int]) -> None:
-    """Refuse a value that is none of a column with a type hint."""
+    """Refuse a value that a column with a type hint cannot have."""
     types = get_args(hint) or (hint,)
     needed = "a number; vehicles are numbers, too"
     fits = isinstance(value, Real)
@@ -152,7 +152,7 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
         )
 
 
-# What a reception is not known to have before it is over
+# Columns of a reception that are unknown before it is over
 LEVELS = (
     *("snr_db", "level_db", "margin_db"),
     *("azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
@@ -163,7 +163,9 @@ LEVELS = (
 
 
 class Happenings:
-    """Who waits for what in a mission.  Where AUVs fix themselves, what one has heard it has."""
+    """All watches of a mission.  With passive ranging an AUV has its fix as soon as it hears a
+    ping.
+    """
 
     def __init__(
         self, env: simpy.Environment, record: Recorder, uplink: HfBand, outcomes: Outcomes,
@@ -178,7 +180,8 @@ class Happenings:
         self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
 
     def watch(self, kinds: Iterable[str], which: dict[str, Any], since: float) -> Watch:
-        """Wait for happenings of some kinds, later than an instant (s) by which all has happened.
+        """Return a watch of happenings later than `since` (s), an instant up to which all has
+        happened.
 
         `which` are values that columns of their rows must have.
 
@@ -214,7 +217,7 @@ class Happenings:
             self._listen()
 
     def _listen(self) -> None:
-        """Have the bands tell what is waited for, and nothing else."""
+        """Have the bands report the kinds that are watched, and no others."""
         kinds = self._kinds
         sounds = kinds & {"ping", *self._sounds}
         self._uplink.on_sent = self._sent if sounds else None
@@ -239,7 +242,7 @@ class Happenings:
             self._framed((begin + np.flatnonzero(arriving)).tolist())
 
     def _sent(self, pings: range) -> None:
-        """Tell of pings that are sent now; expect where they will be heard."""
+        """Report pings that are sent now, and schedule events for their arrivals."""
         kinds = self._kinds
         for ping in self._record.pings.array[pings.start : pings.stop]:
             for kind in kinds & self._sounds:
@@ -249,7 +252,7 @@ class Happenings:
                 self._tell("ping", float(ping["sent_at_s"]), _row_of(Ping, ping))
 
     def _expect(self, kind: str, row: int, since: float) -> None:
-        """Have an event for an arrival, or its end, unless that was before an instant (s)."""
+        """Schedule an event for an arrival or its end, unless that is not after `since` (s)."""
         reception, lasts = self._record.receptions.array[row], self._outcomes.band.duration
         instant = float(reception["arrived_at_s"]) + (lasts if kind != "arrival" else 0.0)
         if reception["outcome"] == IN_FLIGHT and instant > since:
@@ -267,8 +270,8 @@ class Happenings:
         moment(self._env, instant).callbacks.append(happen)
 
     def _heard(self, kind: str, row: int, expected: float) -> None:
-        """Tell of an arrival or of its end, if it is there by now: who hears it may have been
-        predicted.
+        """Report an arrival or its end; wait for it again where its listener was predicted too
+        near.
         """
         self._outcomes.update_arrivals(self._env.now)
         reception = self._record.receptions.array[row]
@@ -277,7 +280,7 @@ class Happenings:
         if instant > expected:
             self._call_at(instant, kind, row, partial(self._heard, kind, row, instant))
             return
-        if kind == "delivery":  # which is told of when it has been taken in
+        if kind == "delivery":  # `_delivered` reports it once the navigator has it
             self._downlink.settle(instant)
             return
         outcome, snr = self._outcomes.outcome_of(row) if lasts else (IN_FLIGHT, nan)
@@ -286,12 +289,12 @@ class Happenings:
         self._tell(kind, instant, _row_of(Reception, reception, **known))
 
     def _broadcast(self) -> None:
-        """Tell of the broadcast that begins now."""
+        """Report the broadcast that begins now."""
         sent = self._record.broadcasts[-1]
         self._tell("broadcast", sent.sent_at_s, replace(sent))
 
     def _framed(self, rows: Iterable[int]) -> None:
-        """Have each of the fixes delivered at its own instant."""
+        """Schedule the delivery of each fix at its own instant."""
         for row in rows:
             instant = float(self._record.fixes.array[row]["arrives_at_s"])
             if not isnan(instant):
@@ -299,14 +302,14 @@ class Happenings:
                 self._call_at(instant, "delivery", row, deliver)
 
     def _delivered(self, rows: Ints) -> None:
-        """Tell of fixes that are delivered now."""
+        """Report fixes that are delivered now."""
         for fix in self._record.fixes.array[rows]:
             row = _row_of(Fix, fix, asvs=fused(fix, self._record.receptions.array))
             self._tell("delivery", float(fix["delivered_at_s"]), row)
 
 
 def _row_of(event: type, row: Row, **known: Any) -> Any:
-    """Return a row of a buffer as its event's class, but for what is `known` of it."""
+    """Return a row of a buffer as its event's class; `known` are values that replace the row's."""
     for field in fields(event):
         if field.name not in known:
             value = row[field.name].item()

@@ -1,6 +1,6 @@
-"""When pings are decided: not before fixes are asked for, all that have passed at once.
+"""Outcomes of pings, decided when fixes are asked for: all pings at once that have passed by then.
 
-What becomes of each, compiled code decides (:mod:`.reception`).
+Compiled code decides them (:mod:`.reception`).
 """
 
 import math
@@ -33,10 +33,10 @@ from .steps import moment
 
 
 class Measuring:
-    """Who measures the pings of a band, with what noise, and what is wrong all the time.
+    """How a fleet measures the pings of a band: the instrument, its noise, its systematic errors.
 
-    `own` is a user-defined instrument, which measures in Python what compiled code has
-    decided, with a `draw` for each AUV; None where one that ships does.
+    `own` is a user-defined instrument, which measures in Python the pings that compiled code has
+    decided, with a `draw` for each AUV; None where one that ships measures.
     """
 
     def __init__(
@@ -51,11 +51,12 @@ class Measuring:
     ) -> None:
         """Measure pings between so many AUVs and ASVs, and write fixes to a record.
 
-        `slow` numbers as of :func:`..usbl.slow_errors.slow_numbers`; `range_rates` if not None.
+        `slow` numbers as of :func:`..usbl.slow_errors.slow_numbers`; `range_rates` None: none are
+        measured.
         """
         self.range_rates = range_rates
         self._record, self._errors, outliers = record, None, 0
-        #: What is wrong all the time, if anything.
+        #: Systematic errors; None without any.
         self.systematic: Systematic | None = None
         if isinstance(instrument, Astray):
             (instrument, systematic), outliers = instrument, OUTLIER_WIDTH
@@ -71,37 +72,37 @@ class Measuring:
         self.draw = cache(partial(streams.of, Purpose.INSTRUMENT))
         self.instrument = instrument.packed if isinstance(instrument, Usbl) else NO_INSTRUMENT
         self.slow = np.zeros((auvs, asvs, 0), SLOW) if slow is None else slow
-        #: The address of errors that last; None where there are none, and none are compiled.
+        #: The address of the packed systematic errors; None without any: their code is left out.
         self.errors = None if self._errors is None else self._errors.address
 
     def make_room(self, fixes: int) -> None:
-        """Have room for so many further fixes."""
+        """Reserve space for so many further fixes."""
         room = self._record.fixes.room_for(fixes)
         if self._errors is not None:
             self._record.jacobians.make_room(len(room))
 
     def hand_on(self, to: Packed, bursts: Rows | None) -> None:
-        """Keep the field `noise` of what compiled code is handed what the noise is."""
-        slow = self.slow  # the store knows nothing that knows it: no circle keeps a mission
+        """Renew the field `noise` of a packed tuple whenever the noise store grows."""
+        slow = self.slow  # the store refers to nothing that refers to it: no reference cycle
         self.noise.on_grown = lambda store: to.renew("noise", noise_of(store, slow, bursts))
 
     def noise_with(self, bursts: Rows | None) -> PairNoise:
-        """Return noise as compiled code takes it, of pings that are lost in bursts if not None."""
+        """Return the noise for compiled code; `bursts` None: pings are not lost in bursts."""
         return noise_of(self.noise, self.slow, bursts)
 
 
 def noise_of(store: NoiseStore, slow: Rows, bursts: Rows | None) -> PairNoise:
-    """Return noise as compiled code takes it."""
+    """Return a noise store, slow errors and bursts as compiled code takes them."""
     lost_in = np.empty((0, 0), PAIR) if bursts is None else bursts
     taken_now = np.zeros((store.shelf.shape[1], store.blocks.shape[2]))
     return PairNoise(store.shelf, store.taken, store.blocks, taken_now, slow, lost_in)
 
 
 class Sight(NamedTuple):
-    """What one ASV has measured of a ping by itself, in the survey frame.
+    """What one ASV alone has measured of a ping, in the survey frame.
 
-    The AUV's `place` (3,), m, and its covariance (3, 3), m2; where the ASV took itself to be
-    (`own`, m) and its heading (rad) by its own instruments, as it heard the ping.
+    `place` (3,), m, is the measured position of the AUV, `covariance` (3, 3), m2; `own` (m) and
+    `yaw` (rad) are the ASV's position and heading by its own instruments as it heard the ping.
     """
 
     place: Floats
@@ -110,15 +111,15 @@ class Sight(NamedTuple):
     yaw: float
 
 
-# How far off an ASV believes to be as it pings, in standard deviations: x, y, z
+# GNSS error of an ASV as it pings, in standard deviations: x, y, z
 OWN_PLACE = np.dtype(("f8", (3,)))
 
 
 class Outcomes:
-    """What becomes of the pings of AUVs: overlapping arrivals destroy each other.
+    """Outcomes of the pings of AUVs.
 
-    A ping is decided (what becomes of it at each ASV, and the fix of it) not before it has passed,
-    when all sound that could overlap it is on record; it does not matter how long after.
+    A ping's outcome at each ASV, and its fix, are decided when it has passed all ASVs or later: by
+    then all sound that could overlap it is on record.
     """
 
     def __init__(
@@ -128,19 +129,16 @@ class Outcomes:
         strayed: Floats,
         record: Recorder,
     ) -> None:
-        """Decide pings, and have them measured by who listens.
-
-        `strayed` (n,), m2, as of :class:`.reception.Decided`.
-        """
+        """Decide pings and measure them; `strayed` (n,), m2, as of :class:`.reception.Decided`."""
         self.band, self.receiver, self._listeners = band.band, band.receiver, band.listeners
         self._band, self._record = band, record
         self._measuring, self._strayed = measuring, strayed
         self._decided_by = self._packed(record)
-        self._room = 1  # for numbers of pings that are due
+        self._room = 1  # length of `due`, for the numbers of pings
         self._undecided = 0  # pings before this one are decided
 
     def _packed(self, record: Recorder) -> Packed:
-        """Return the packed state that pings are decided by, :class:`.reception.Decided`."""
+        """Return the packed :class:`.reception.Decided`."""
         measuring, band = self._measuring, self._band
         packed = Packed(
             Decided(
@@ -168,11 +166,13 @@ class Outcomes:
 
     @property
     def _echoes(self) -> Rows | None:
-        """Echoes of pings, which few bands have."""
+        """Echoes of pings; None where the channel has none."""
         return None if self._band.echoes is None else self._band.echoes.rows
 
     def resolve_passed(self, time: float) -> range:
-        """Decide every ping that has passed who listens by an instant (s); return the new fixes."""
+        """Decide each ping that has passed all listeners by an instant (s); return the new
+        fixes.
+        """
         fixes = self._record.fixes
         first = fixes.count
         self.update_arrivals(time)
@@ -180,11 +180,13 @@ class Outcomes:
             self._undecided, _, dry = self._decide(time, self._undecided)
             if dry == NONE:
                 return range(first, fixes.count)
-            self._refill_noise()  # of all at once: settling begins anew each time
+            self._refill_noise()  # of all pairs at once: deciding begins anew each time
 
     def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
-        """Decide what has passed; return the first ping that has not, and an AUV and an ASV whose
-        noise is used up, or NONE.
+        """Decide pings from `ping` on that have passed by an instant (s), or the reception `only`.
+
+        Return the first ping that is not decided, and the AUV and ASV whose noise is used up, or
+        NONE.
         """
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         count, measuring = fixes.count, self._measuring
@@ -206,24 +208,26 @@ class Outcomes:
         return undecided, auv, asv
 
     def _note_rates(self, rates: RangeRates, ping: int, only: int) -> None:
-        """Have the range rates measured of what was heard, of pings from one on or `only` a row."""
+        """Measure range rates of the receptions of all pings from `ping` on, or of the reception
+        `only`.
+        """
         pings, receptions = self._record.pings.rows, self._record.receptions.rows
         if only != NONE:
             rates.note(self._band.sounds, pings, receptions[only : only + 1])
         elif ping < len(pings):
             rates.note(self._band.sounds, pings, receptions[pings["first"][ping] :])
 
-    #: How many fixes are made of a ping at most.
+    #: Most fixes that are made of one ping.
     _fixes_of_ping = 1
 
     def _gnss_noise(self) -> Floats | None:
-        """Return how far off who pinged believed to be (pings, 3), in standard deviations: None
-        where that is no vessel.
+        """Return the GNSS error of the ASV at each ping (pings, 3), in standard deviations; None
+        where AUVs ping.
         """
         return None
 
     def _measure(self, instrument: OwnInstrument, fix: Row) -> None:
-        """Have a ping measured by a user-defined instrument."""
+        """Let a user-defined instrument measure a ping; write the fix."""
         ping, draw = self._record.pings.array[fix["ping"]], self._measuring.draw(int(fix["auv"]))
         met = self._record.receptions.array[fix["first"] : fix["end"]]
         heard = met[met["outcome"] == HEARD]
@@ -234,13 +238,13 @@ class Outcomes:
         note(fix, ping, *instrument.fused(sounding_of(ping, heard, np.array(poses), draw)))
 
     def _refill_noise(self) -> None:
-        """Draw noise for every pair that a ping is under way between and that has none left."""
+        """Draw noise for every pair that has a ping in flight and no noise left."""
         rows = self._record.receptions.rows[self._record.pings.array[self._undecided]["first"] :]
         under_way = rows["outcome"] == IN_FLIGHT
         self._measuring.noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
 
     def resolve(self, ping: int, row: int) -> bool:
-        """Decide one reception of a ping that has passed its ASV; tell whether it made a fix."""
+        """Decide one reception of a ping that has passed its ASV; return whether it made a fix."""
         count = self._record.fixes.count
         _, auv, asv = self._decide(0.0, ping, row)
         while asv != NONE:
@@ -249,15 +253,17 @@ class Outcomes:
         return self._record.fixes.count > count
 
     def update_arrivals(self, time: float) -> None:
-        """Amend what has arrived by now, an instant (s), at who has no sure future."""
+        """Correct the arrivals by an instant (s) at listeners whose motion was predicted or
+        unknown.
+        """
         self._band.update_arrivals(time)
 
     def when_over(
         self, env: simpy.Environment, pings: range, verb: Callable[[int, float], None],
         only: int = NONE,
     ) -> None:  # fmt: skip
-        """Call a verb for each arrival of some pings that may be heard, or those at one ASV `only`,
-        once it is over: with its row of receptions and the instant (s) at which it began.
+        """Call `verb` once each arrival of some pings that may be heard (at the ASV `only`, if not
+        NONE) is over: with its row of receptions and the instant (s) at which it began.
         """
         for ping in self._record.pings.array[pings.start : pings.stop]:
             for row in range(ping["first"], ping["end"]):
@@ -266,7 +272,7 @@ class Outcomes:
                     self._wait(env, row, verb)
 
     def _wait(self, env: simpy.Environment, row: int, verb: Callable[[int, float], None]) -> None:
-        """Wait for the end of an arrival; anew where who listens was predicted to be nearer."""
+        """Wait for the end of an arrival, and again where its listener was predicted too near."""
         receptions = self._record.receptions
         expected = float(receptions.array[row]["arrived_at_s"])
 
@@ -300,10 +306,9 @@ class Outcomes:
             self._undecided += 1
 
     def outcome_of(self, row: int) -> tuple[int, float]:
-        """Return what becomes of a ping at one that it has just passed, decided or not; and its
-        SNR (dB) there.
+        """Return the outcome of a reception that is over by now, decided or not, and its SNR (dB).
 
-        Its noise is that of the pair's next reception, after those of pings not yet decided.
+        Its noise is that of the pair's next reception, behind those of pings not yet decided.
         """
         record = self._record
         reception = record.receptions.rows[row]
@@ -320,7 +325,7 @@ class Outcomes:
         return outcome, float(reception["snr_db"]) + self.receiver.shadowing_sd_db * luck
 
     def _noise_at(self, row: int) -> Floats:
-        """Return the noise (columns,) that a reception which has just ended is decided with."""
+        """Return the noise (columns,) that decides a reception which has just ended."""
         receptions = self._record.receptions.rows
         reception, pending = receptions[row], receptions[row:row]
         if reception["outcome"] == IN_FLIGHT:
@@ -340,14 +345,14 @@ class Outcomes:
 
     @property
     def systematic(self) -> Systematic | None:
-        """What is wrong all the time, if anything."""
+        """The systematic errors of measurements; None without any."""
         return self._measuring.systematic
 
     def sight_of(self, ping: int, asv: int) -> Sight | None:
         """Return what an ASV that has just decoded a ping measures of it, with the noise that the
-        fix will be made with; None by a user-defined instrument, which is asked once.
+        fix will have; None with a user-defined instrument, which is asked only once.
 
-        Nothing of the mission is changed.
+        The mission's state does not change.
         """
         measuring = self._measuring
         if measuring.own is not None:
@@ -376,8 +381,8 @@ class Outcomes:
         return Sight(place, covariance, own, heading)
 
     def newest_fixes(self, time: float) -> Floats:
-        """Return the newest fix of each AUV that vessels have made by an instant (s): x, y (m) and
-        when its ping was sent (s), (n, 3); NaN before the first.
+        """Return the newest fix of each AUV made by an instant (s), (n, 3): x, y (m), when its ping
+        was sent (s); NaN before the first.
         """
         self.resolve_passed(time)
         found, fixes = np.full((len(self._strayed), 3), np.nan), self._record.fixes.rows
@@ -386,19 +391,19 @@ class Outcomes:
         return found
 
     def close(self, time: float) -> None:
-        """Decide what of pings still under way has arrived by the end of the mission (s)."""
+        """Decide the receptions of pings in flight that are over by the end of the mission (s)."""
         self.update_arrivals(time)
         receptions, fixes = self._record.receptions.rows, self._record.fixes
         arrived = receptions["arrived_at_s"] + self.band.duration < time
         count = fixes.count
         for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
             self.resolve(int(receptions["ping"][row]), row)
-        fixes.count = count  # no broadcast carries what others hear of them any more
+        fixes.count = count  # no broadcast would carry these fixes any more
 
 
 class AnsweredOutcomes(Outcomes):
-    """What becomes of pings that are answered one by one: whoever answers has each arrival decided
-    as it is over.  Nothing is left to decide later, and no fix waits.
+    """Outcomes of pings that are answered one by one: each reception is decided as it is over, for
+    the ASV that answers.  Nothing is left to decide later, and no fix waits.
     """
 
     def resolve_passed(self, time: float) -> range:
@@ -408,8 +413,8 @@ class AnsweredOutcomes(Outcomes):
 
 
 class OwnOutcomes(Outcomes):
-    """What becomes of the pings of ASVs: each arrival is decided by itself, and the AUV that hears
-    it fixes itself, without a broadcast.
+    """Outcomes of the pings of ASVs: each reception is decided by itself, and the AUV that hears
+    the ping fixes itself, without a broadcast.
     """
 
     def __init__(
@@ -419,7 +424,7 @@ class OwnOutcomes(Outcomes):
         super().__init__(band, measuring, np.zeros(len(band.listeners)), record)
         self._fixes_of_ping = len(band.listeners)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
-        self._drawn = EventBuffer(OWN_PLACE)  # ping by ping
+        self._drawn = EventBuffer(OWN_PLACE)  # GNSS errors, a row for each ping
 
     def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
         fixes, count = self._record.fixes, self._record.fixes.count

@@ -1,7 +1,7 @@
 """The HF band: pings, calls for them, and where and when both arrive.
 
-Sound spreads at a finite speed; where it arrives is on record as it is sent.  What becomes of a
-ping where it arrives is decided later (:class:`.outcomes.Outcomes`).
+Each arrival is on record as its sound is sent.  Outcomes of pings are decided later
+(:class:`.outcomes.Outcomes`), those of calls at once.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,8 +26,8 @@ from ..acoustics.propagation import (
     Spread,
     amend,
     arrive,
-    deafen,
     drowns,
+    lose_at_failed,
     lost,
     prospect,
     silence,
@@ -54,7 +54,7 @@ from ..records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places, where
 
-# What a ping has before which there was no call
+# The call of a ping that answers none, and the ranging's default argument
 NO_CALL = np.array([(np.nan, NONE, NONE, NONE, np.nan)], dtype=CALLED)
 
 
@@ -78,52 +78,53 @@ class HfBand:
         bursts: Rows | None = None,
         doppler_limit: float | None = None,
     ) -> None:
-        """Put a band together; the channel is the compiled disc with its loss, or one asked.
+        """Build the band.  `channel` is the law of loss of the compiled disc, or another channel,
+        which is asked for each signal.
 
         Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, if not
-        None; and where their path changes faster than a `doppler_limit` (m/s).
+        None, and where the range changes faster than `doppler_limit` (m/s).
         """
         self.band, self.bursts, self._auvs, self._asvs, self._record = (
             band, bursts, auvs, asvs, record
         )  # fmt: skip
-        #: Who sends pings, who listens, and the number of the first of these among all vehicles.
+        #: The fleets that ping and that listen, and the vehicle number of the first listener.
         self.senders, self.listeners, self.first_listener = self._ends()
         self._channel = asked = None if isinstance(channel, LossTerms) else channel
-        #: What decides at a receiver.
+        #: How receivers tell a signal from others that overlap it.
         self.receiver = PLAIN if asked is None else asked.receiver
         audible = None if asked is None else asked.audible_m
         sounding = band if audible is None else band._replace(reach=audible)
         loss = channel if isinstance(channel, LossTerms) else NO_LOSS
         self._way = SignalPath(sounding, loss, DISC)
         random = None if asked is None else streams.of(Purpose.CHANNEL, 0)
-        #: How signals spread that are no pings or calls.
+        #: How signals other than pings and calls propagate.
         self.spreading = Spreading(asked, loss, band.slant, band.reach, "hf", random, doppler_limit)
         self._may_fail = not (auvs.failures is None and asvs.failures is None)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._is_sure = self.listeners is asvs or auvs.foreseen
-        #: What sounds where beside pings: calls, and where ASVs are deaf meanwhile their frames.
+        #: All sounds but pings: calls, data, and frames where ASVs hear nothing as they send them.
         self.sounds = Sounds(auvs, asvs, band.sound_speed, long=False)
         self._spread_in = self._packed()
-        self._call_late_s: dict[int, Floats] = {}  # of the last call for each AUV, by each ASV
+        self._call_late_s: dict[int, Floats] = {}  # by AUV: how late its last call by each ASV is
         self._luck = cache(partial(streams.of, Purpose.CALL))
         self._predicted = 0  # pings before this one have arrived everywhere
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
-        self._prospects: dict[int, Prospects] = {}  # of pings, where a channel was asked
+        self._prospects: dict[int, Prospects] = {}  # by ping, where a channel was asked
         #: Echoes, where the channel has any, row by row of receptions, :data:`ECHO`.
         has_echoes = isinstance(channel, EchoingSonar) and self.listeners is asvs
         self.echoes = EventBuffer(ECHO) if has_echoes else None
-        #: Whom to tell, in this order, of pings that have just been sent: who is deaf meanwhile,
-        #: who sends behind them, who else hears them; who waits for them, and who answers each.
+        #: Called in this order with pings that have just been sent: what makes senders deaf, sends
+        #: data behind pings, or lets AUVs hear them; what waits for arrivals; what answers pings.
         self.on_ping: list[Callable[[range], None]] = []
         self.on_sent: Callable[[range], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
 
     def _ends(self) -> tuple[VehicleFleet, VehicleFleet, int]:
-        """Return who sends pings, who listens, and the number of the first of these."""
+        """Return the fleets that ping and listen, and the vehicle number of the first listener."""
         return self._auvs, self._asvs, len(self._auvs)
 
     def _packed(self) -> Packed:
-        """Return the packed state that pings spread in, :class:`Spread`."""
+        """Return the packed :class:`Spread`, in which pings propagate."""
         pings, receptions = self._record.pings, self._record.receptions
         packed = Packed(
             Spread(
@@ -138,9 +139,10 @@ class HfBand:
     # Calls
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
-        """Let ASVs call AUVs at an instant (s), one for each, who may name several in its call.
+        """Let the ASVs `callers` (n,) each call one AUV of a group (n) at an instant (s); an ASV
+        that calls several names them in one call.
 
-        Return for each AUV what became of its call (n,), :data:`CALLED`.
+        Return the call of each AUV with its outcome (n,), :data:`CALLED`.
         """
         sounds, luck, auvs = self.sounds, self._luck, members(tuple(group))
         chances = [
@@ -168,8 +170,8 @@ class HfBand:
     def _lose_shifted(
         self, outcomes: Ints, reasons: Ints, unless: int, auvs: Ints, asvs: Ints, time: float
     ) -> None:
-        """Lose what begins at an instant (s) between AUVs and ASVs (n,) whose distance changes too
-        fast; other arguments as of :func:`_lose`.
+        """Mark as lost the signals between AUVs and ASVs (n,), sent at an instant (s), whose range
+        changes faster than the Doppler limit; other arguments as of :func:`_lose`.
         """
         numbers, limit = len(self._auvs) + np.ascontiguousarray(asvs), self.spreading.doppler_limit
         assert limit is not None
@@ -182,17 +184,17 @@ class HfBand:
 
     @property
     def foresees_calls(self) -> bool:
-        """Whether it is sure when a call will be at an AUV; else it is predicted."""
+        """Whether the arrival of a call at an AUV is certain; else it is predicted."""
         return not self._auvs.predicted
 
     def call_time(self, asv: int, auv: int, time: float) -> float:
-        """Return how long (s) a call at an instant (s) was under way, once it has arrived."""
+        """Return how long (s) a call sent at an instant (s) took to an AUV that it has reached."""
         caller, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
         late = float(self._call_late_s[auv][asv]) if auv in self._call_late_s else 0.0
         return travel_time(caller, at, time + late, self.band.sound_speed) + late
 
     def _foresee(self, group: Sequence[int], time: float) -> None:
-        """Make known where AUVs are until a sound sent at an instant (s) has met or passed them."""
+        """Advance AUVs' motion until a sound sent at an instant (s) has met or passed them."""
         self._auvs.advance(time)
         self._asvs.advance(time)
         if not (self._auvs.foreseen or self._auvs.predicted):
@@ -209,11 +211,11 @@ class HfBand:
     # Channels that are asked: any but the disc, which is compiled
 
     def _prospects_of(self, channel: AskedChannel, group: Sequence[int], time: float) -> Prospects:
-        """Return what becomes of the pings of a group that begin at an instant (s), (n, m)."""
+        """Return the channel's prospects of a group's pings sent at an instant (s), (n, m)."""
         return channel.prospects(self._signals(group, time, False))
 
     def _signals(self, auvs: Sequence[int], time: float, calling: bool) -> Signals:
-        """Return the signals that begin at an instant (s) between AUVs and all ASVs."""
+        """Return the signals that begin at an instant (s) between some AUVs and all ASVs."""
         self._auvs.advance(time)
         self._asvs.advance(time)
         there, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
@@ -223,7 +225,7 @@ class HfBand:
         return between(time, there, asvs, self.band.reach, calling, *named)
 
     def _foretell(self, prospects: Prospects) -> None:
-        """Have compiled code know what becomes of signals."""
+        """Hand prospects of signals to compiled code."""
         self._spread_in.renew("way", self._way._replace(prospects=prospects))
 
     # Pings
@@ -239,8 +241,8 @@ class HfBand:
     ) -> range:
         """Let a group ping now, at `time` (s); return the pings.
 
-        What became of a call that an AUV answers, or should have, tells `called` (1,); how long (s)
-        AUVs have held back, `waited`.
+        `called` (1,) is the call that an AUV answers, or would have answered, :data:`CALLED`;
+        `waited` is how long (s) AUVs have held back their pings.
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, row = pings.count, receptions.count
@@ -281,8 +283,8 @@ class HfBand:
         return sent
 
     def _cut_short(self, group: Sequence[int], first: int, receptions: Rows, time: float) -> None:
-        """Have pings from `first` on heard nowhere, sent at an instant (s), with these receptions,
-        where who sends or who listens fails.
+        """Mark as lost the receptions of pings, `first` the first of them, sent at an instant (s),
+        whose sender or listener fails meanwhile.
         """
         if self.senders.failures is not None:
             end = time + self.band.duration
@@ -290,11 +292,13 @@ class HfBand:
             outcomes, reasons = receptions["outcome"], receptions["why"]
             _lose(outcomes, reasons, IN_FLIGHT, cut[receptions["ping"] - first], FAILED_MEANWHILE)
         if self.listeners.failures is not None:
-            deafen(self.listeners.failures, self._record.pings.rows[first:], receptions, self.band)
+            lose_at_failed(
+                self.listeners.failures, self._record.pings.rows[first:], receptions, self.band
+            )
 
     def update_arrivals(self, time: float) -> None:
-        """Amend what has arrived by now, an instant (s), at who listens and has no sure future:
-        steers by fixes, or is moved by an outside program.
+        """Correct the arrivals by an instant (s) at listeners whose motion was predicted or
+        unknown: an outside program moves them, or they steer by fixes.
         """
         if self.listeners.foreseen:
             return
@@ -320,7 +324,9 @@ class HfBand:
     def _echo(
         self, group: Sequence[int], first: int, receptions: Rows, echoes: EventBuffer
     ) -> None:
-        """Note the echoes of pings from `first` on, with these receptions, the last on record."""
+        """Write the echoes of pings, `first` the first of them, beside their receptions, the last
+        on record.
+        """
         assert isinstance(self._channel, EchoingSonar)
         pings, row = self._record.pings.rows, self._record.receptions.count - len(receptions)
         sent_at = float(pings["sent_at_s"][first])
@@ -347,8 +353,8 @@ class BeaconBand(HfBand):
 
 
 def _lose(outcomes: Ints, reasons: Ints, unless: int, cut: Flags, why: int) -> None:
-    """Let signals (n,) that are cut be lost for a reason, unless they have another outcome by now
-    than `unless`.
+    """Mark as lost, with a reason `why`, those of the signals (n,) in `cut` whose outcome is still
+    `unless`.
     """
     cut = cut & (outcomes == unless)
     outcomes[cut], reasons[cut] = LOST, why
@@ -361,12 +367,12 @@ def interrogate(
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
 
-    Write what becomes of each call to `answers` (n,), :data:`..records.rows.CALLED`, and its sounds
-    at all vehicles behind the first `count`; return how many there are then.  Calls that overlap at
-    an AUV destroy each other, and each is lost as a ping over the same way: if its one of `chances`
-    (n,), in [0, 1), is below the probability of that, or that of `bursts`, as of
-    :func:`.reception.resolve`.  `packed` is the address of a :class:`Spread`, `packed_sea` that of
-    a :class:`Sea`, `capture` as of :class:`..acoustics.channel.Receiver`.
+    Write the outcome of each call to `answers` (n,), :data:`..records.rows.CALLED`, and its sounds
+    at all vehicles behind the first `count`; return the new count.  Sounds that overlap a call at
+    its AUV may drown it.  A call is lost as a ping over the same path is: if its number of
+    `chances` (n,), in [0, 1), or that of its `bursts`, is below the loss probability, as of
+    :func:`.reception.resolve`.  `packed` is the address of a :class:`Spread`, `packed_sea` of a
+    :class:`Sea`; `capture` as of :class:`..acoustics.channel.Receiver`.
     """
     into, sea, first = unpacked(packed, Spread), unpacked(packed_sea, Sea), count
     auvs, asvs, way, band = into.senders, into.listeners, into.way, into.way.band
@@ -374,7 +380,7 @@ def interrogate(
     for caller in np.unique(callers):
         count = _call(caller, time, count, into, sea)
     for row in range(first, count):
-        if sea.sounds[row].listener >= fleet:  # what pings meet at ASVs
+        if sea.sounds[row].listener >= fleet:  # may overlap pings at ASVs
             solve(sea.sounds[row], inf, sea)
     for k in range(len(group)):
         answer, auv, caller = answers[k], group[k], callers[k]
@@ -407,9 +413,10 @@ def interrogate(
 
 @compiled
 def _call(caller: int, time: float, count: int, into: Spread, sea: Sea) -> int:
-    """Let an ASV call at an instant (s); return how many sounds there are then.
+    """Let an ASV call at an instant (s): write its sounds, and return how many sounds there are
+    then.
 
-    No ASV within its range hears pings meanwhile, itself least of all, however strong they are.
+    The call deafens its ASV and all ASVs within range of it, however strong pings are.
     """
     auvs, asvs, way, band = into.senders, into.listeners, into.way, into.way.band
     fleet, vessels = auvs.first.size - 1, asvs.first.size - 1

@@ -1,4 +1,4 @@
-"""How a ping comes about: on the AUV's own clock, or in answer to an interrogation."""
+"""How pings come about: on the AUV's own clock, or in answer to a call."""
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field
@@ -28,9 +28,10 @@ from .view import View
 
 
 class OneWay:
-    """Synchronised clocks: AUVs ping on time, the one-way travel time is the range (owtt_sync).
+    """Synchronised clocks (owtt_sync): AUVs ping on time, and the one-way travel time gives the
+    range.
 
-    Or each so much `late` (s), after the start of its slot.
+    `late` (n): each AUV pings so much later (s) than the start of its slot; None: on time.
     """
 
     def __init__(
@@ -44,7 +45,7 @@ class OneWay:
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
-        """Let a group of AUVs ping at the start of its slot, wherever the fleet believes them."""
+        """Let a group of AUVs ping at the start of its slot."""
         if self._late is None:
             self._uplink.send(round_number, slot, group, time)
             return
@@ -58,16 +59,17 @@ class OneWay:
         self._uplink.send(turn[0], turn[1], [turn[2]], time)
 
     def close(self) -> None:
-        """End the mission; nobody waits for anything."""
+        """End the mission; nothing waits."""
 
 
 class TwoWay:
-    """At the start of its slot each AUV is called by an ASV, and answers what it hears: no clocks.
+    """At the start of its slot each AUV is called by an ASV, and answers the call that it hears: no
+    clocks.
 
-    The nearest ASV calls, as far as the fleet knows, be the AUV within its range or not; who calls
-    several names them in one call.  The AUV answers as soon as it has heard the call and turned
-    about.  All ASVs that hear the answer measure it.  An AUV that hears no call does not ping: its
-    turn is recorded with what became of the call.
+    The ASV that the fleet believes nearest calls, whether the AUV is within its range or not; an
+    ASV that calls several AUVs names them in one call.  The AUV answers one turnaround after it has
+    heard the call.  All ASVs that hear the answer measure it.  An AUV that hears no call does not
+    ping: its turn is recorded with the outcome of the call.
     """
 
     def __init__(
@@ -79,9 +81,9 @@ class TwoWay:
         one_way: bool = False,
         answers: Answers | None = None,
     ) -> None:
-        """Put a way together: with `one_way` the answer alone is timed, by synchronised clocks.
+        """With `one_way` the answer alone is timed, by synchronised clocks.
 
-        `answers` are told of calls and pings, where somebody waits for them.
+        `answers` follow calls and pings, where a slot ends with its answers.
         """
         self._one_way, self._answers = one_way, answers
         self._env, self._uplink = env, uplink
@@ -91,12 +93,14 @@ class TwoWay:
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
-        """Call the AUVs of a group at the start of its slot; each pings when it has heard that."""
+        """Call the AUVs of a group at the start of its slot; each answers once it has heard its
+        call.
+        """
         if self._answers is not None:
             self._answers.begin((round_number, slot), len(group))
         failed = self._uplink.failed(time)
         if len(failed) == len(view.asvs):
-            return  # nobody calls
+            return  # no ASV is left to call
         callers = nearest(view, group, failed)
         calls = self._uplink.call(group, callers, time)
         outcomes, ways_s = calls["call"].tolist(), calls["call_time_s"].tolist()
@@ -113,7 +117,7 @@ class TwoWay:
                 moment(self._env, time + way_s).callbacks.append(partial(self._hear, turn))
 
     def _hear(self, turn: tuple[int, int, int], _: simpy.Event) -> None:
-        """Amend when an AUV hears its call, when it was predicted to hear it."""
+        """Correct the predicted instant at which an AUV hears its call."""
         call = self._waiting[turn][0]
         called_at = float(call["called_at_s"])
         call["call_time_s"] = self._uplink.call_time(call["called_by"], turn[2], called_at)
@@ -138,10 +142,11 @@ class TwoWay:
 
 
 class Slot:
-    """The slot of a ping group: who is in it, what the fleet knows, and what can be done in it.
+    """The slot of a ping group, for a user-defined ranging: its AUVs, what the fleet knows, its
+    verbs.
 
     `round` and `number` count rounds, and slots in a round; `group` are the AUVs; `view` is what
-    the schedule knew; `random` a stream of the ranging's own.
+    the schedule knew; `random` is the ranging's own random stream.
     """
 
     def __init__(
@@ -155,22 +160,24 @@ class Slot:
         self.round, self.number, self.group, self.view = round_number, number, list(group), view
         self.random = ranging.random
         self._ranging, self._members = ranging, frozenset(group)
-        self._calls: set[tuple[int, bytes]] = set()  # whom ASVs have called, and what became of it
+        self._calls: set[tuple[int, bytes]] = set()  # AUVs that were called, and their calls' rows
 
     def ping(self, auvs: Sequence[int], time: float, called: Rows = NO_CALL) -> None:
-        """Let AUVs ping now, at an instant (s): on their own clocks, or one by its call (1,)."""
+        """Let AUVs ping now, at an instant (s): by their own clocks, or one AUV by its call
+        (1,).
+        """
         self._check(auvs, time)
         if called is not NO_CALL:
             self._check_call(auvs, called)
-        if called is NO_CALL or called[0]["call"] == HEARD:  # who hears no call does not ping
+        if called is NO_CALL or called[0]["call"] == HEARD:  # an AUV that hears no call is silent
             self._check_silence(auvs, time)
         self._ranging.uplink.send(self.round, self.number, list(auvs), time, called)
 
     def call(self, auvs: Sequence[int], asvs: Sequence[int], time: float) -> Any:
         """Let ASVs call AUVs now, at an instant (s), one for each.
 
-        Return what becomes of the calls, records of :data:`CALLED` (n,); who hears its call,
-        `.call == HEARD`, does so `.call_time_s` (s) later.
+        Return the calls with their outcomes, records of :data:`CALLED` (n,); an AUV with `.call ==
+        HEARD` hears its call `.call_time_s` (s) later.
         """
         self._check(auvs, time)
         vessels = range(len(self.view.asvs))
@@ -192,7 +199,7 @@ class Slot:
         check_now(self._ranging.env, time, "wait with `yield slot.until(time)`")
 
     def _check_silence(self, auvs: Sequence[int], time: float) -> None:
-        """Refuse AUVs that ping already, and note until when these do."""
+        """Refuse AUVs that are pinging; note until when the others will be."""
         busy = self._ranging.pinging_until
         for auv in auvs:
             if time < busy.get(auv, 0.0) - SAME:
@@ -200,7 +207,7 @@ class Slot:
             busy[auv] = time + self._ranging.uplink.band.duration
 
     def _check_call(self, auvs: Sequence[int], called: Rows) -> None:
-        """Refuse what is not the call of one AUV, as it was returned."""
+        """Refuse what is not one AUV's call as it was returned."""
         is_record = getattr(called, "dtype", None) == CALLED and called.shape == (1,)
         if not is_record or len(auvs) != 1 or (auvs[0], called.tobytes()) not in self._calls:
             raise ValueError(
@@ -217,7 +224,7 @@ class Slot:
 class OwnRanging:
     """A user-defined ranging, whose steps are checked.
 
-    `pinging_until` is when (s) the last ping of each AUV is over.
+    `pinging_until` is when (s) the last ping of each AUV ends.
     """
 
     part: OwnPart
@@ -229,7 +236,7 @@ class OwnRanging:
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
-        """Let a group have its slot, from an instant (s) on."""
+        """Run the steps of a group's slot, from an instant (s) on."""
         here = Slot(self, round_number, slot, group, view)
         self.env.process(self._steps(here, time))
 
@@ -238,7 +245,7 @@ class OwnRanging:
         yield from checked_steps(self.part, self.part(slot, time, when=when), self.env, when)
 
     def close(self) -> None:
-        """End the mission; what is still to come of its slots is not recorded."""
+        """End the mission; steps that are still to come are dropped."""
 
 
 def ranging_of(
@@ -249,11 +256,11 @@ def ranging_of(
     streams: Streams,
     answers: Answers | None = None,
 ) -> OneWay | TwoWay | OwnRanging:
-    """Return how pings come about, of AUVs that are so much `late` (s) if not None; `answers` wait
-    for them where AUVs are polled.
+    """Return the ranging of a protocol; AUVs ping so much `late` (s), None: on time; `answers`
+    follow the calls of polling.
 
     Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
+        PluginError: when a user-defined one is not allowed, or cannot be loaded or called.
     """
     name = protocol.ranging
     if protocol.calls:
@@ -266,8 +273,8 @@ def ranging_of(
 
 
 def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:
-    """Return for each AUV of a group the ASV nearest to where the fleet believes it, shape (n,), of
-    those that have not failed.
+    """Return for each AUV of a group the ASV, of those that have not failed, nearest to where the
+    fleet believes it, shape (n,).
     """
     callers = np.empty(len(group), dtype=np.int64)
     auvs, asvs = np.ascontiguousarray(view.auvs), np.ascontiguousarray(view.asvs)
@@ -277,9 +284,9 @@ def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Int
 
 @compiled
 def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, callers: Ints) -> None:
-    """Write who calls each AUV of a group (n,), of ASVs that have not `failed`: the nearest one.
+    """Write for each AUV of a group (n,) the nearest ASV that has not `failed`.
 
-    `auvs` (k, 3) and `asvs` (m, 3) are where they are believed to be (m), seen from above here.
+    `auvs` (k, 3) and `asvs` (m, 3) are believed positions (m); the distance is horizontal.
     """
     works = np.ones(len(asvs), dtype=np.bool_)
     for asv in failed:
@@ -295,11 +302,11 @@ def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, caller
 
 
 def strayed(site: Site, auvs: VehicleFleet) -> Floats:
-    """Return how far AUVs go between a call and its answer, as far as the fleet knows, (n,), m2.
+    """Return how far the fleet expects AUVs to go between a call and its answer, (n,), m2.
 
-    That is the variance along any level direction of the way in a ping and a turnaround, at the
-    planned speed on an unknown course: none for those that hold, the fastest leg of a track.  A
-    current adds its own way to that of vehicles that drift with it.
+    That is the variance, along any level axis, of the distance travelled in a ping and a turnaround
+    at the planned speed on an unknown course: 0 for AUVs that hold, the fastest leg of a track.  A
+    current adds to it for vehicles that drift with it.
     """
     scenario = site.scenario
     protocol, water = scenario.protocol, scenario.environment

@@ -1,7 +1,7 @@
-"""What becomes of a ping where it arrives: who hears it or not, and the fix that is made of it.
+"""Outcomes of a ping where it arrives, and the fix that is made of it; compiled.
 
-ASVs make one fix of all that they have heard of a ping, once that has passed them all.  With
-passive ranging each AUV makes one of what it has heard itself, as soon as that is over.  Compiled.
+Once a ping has passed all ASVs, those that heard it make one fix.  With passive ranging each AUV
+makes a fix of each ping that it hears, as soon as that is over.
 """
 
 from math import hypot, inf, nan, sqrt
@@ -45,9 +45,9 @@ from ..vehicles.motion import Motion, where
 
 
 class Air(NamedTuple):
-    """All sound on record: pings, their receptions, the `sounds` of calls; how long (s) each lasts;
-    and the first vehicle of those who listen.  What a receiver makes of it: `capture` and the
-    shadowing (dB) as of :class:`..acoustics.channel.Receiver`.
+    """All sound on record of a band: `pings`, their `receptions`, other `sounds`; the `duration` of
+    pings (s); the vehicle number of the first listener; `capture` and shadowing (dB) as of
+    :class:`..acoustics.channel.Receiver`.
     """
 
     pings: Rows
@@ -60,11 +60,11 @@ class Air(NamedTuple):
 
 
 class PairNoise(NamedTuple):
-    """Numbers drawn for each pair of an AUV and an ASV (:class:`...support.streams.NoiseStore`),
-    and those that a ping has `taken_now` (m or more, columns), one row for each of its receptions.
+    """Random numbers for each pair of an AUV and an ASV (:class:`...support.streams.NoiseStore`);
+    `taken_now` (m or more, columns) are those of one ping, a row for each of its receptions.
 
-    Its `slow` errors (AUVs, ASVs, n), :data:`..usbl.slow_errors.SLOW`, n = 0 if it has none; and
-    the `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, in which pings are lost, or none.
+    `slow` (AUVs, ASVs, n) are slow errors, :data:`..usbl.slow_errors.SLOW`, n = 0 without any;
+    pings are lost in `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, empty without any.
     """
 
     shelf: Annotated[Ints, 2]
@@ -76,10 +76,10 @@ class PairNoise(NamedTuple):
 
 
 class Decided(NamedTuple):
-    """What pings are decided by, handed over once: all sound on record and the fixes made, with
-    room for more, room for the numbers of pings that are `due`, the noise, where those are who
-    listen, what they measure with, how far each AUV may have `strayed` between a call and its
-    answer (variance along its course, m2), and what becomes of what they hear (:class:`Air`).
+    """What pings are decided by, packed once: all sound on record (:class:`Air`) and the fixes,
+    buffers with free rows; `due`, space for numbers of pings; the noise; the listeners' motion; the
+    instrument; and `strayed` (n,), m2: the variance, along any level axis, of how far each AUV goes
+    between a call and its answer.
     """
 
     pings: Annotated[Rows, PING]
@@ -102,19 +102,19 @@ def resolve(
     packed: int, time: float, first: int, only: int, pings: int, receptions: int, sounds: int,
     fix: int, errors: int | None, echoes: Rows | None, gnss_noise: Floats | None,
 ) -> tuple[int, int, int, int]:  # fmt: skip
-    """Decide all pings from `first` on that have passed every ASV by an instant (s), as they did;
-    or of the ping `first` the reception `only`, if that is not NONE.
+    """Decide all pings from `first` on that have passed every ASV by an instant (s), in the order
+    in which they passed; or of the ping `first` the reception `only`, if that is not NONE.
 
-    Return the number of fixes then, the first ping that is yet to be decided, and NONE, NONE; or,
-    when the noise of a pair of an AUV and an ASV is used up, these: it must be refilled and the
-    function called again.  `packed` is the address of a :class:`Decided`, of which so many `pings`,
-    `receptions` and `sounds` are on record, and `fix` fixes.
+    Return the new number of fixes, the first ping that is not decided, and NONE, NONE. When the
+    noise of a pair is used up, return its AUV and ASV in their place: refill it and call again.
+    `packed` is the address of a :class:`Decided`, whose buffers hold so many `pings`, `receptions`,
+    `sounds`, and `fix` fixes.
 
-    What few bands have comes with each call; what is None is not even compiled: systematic
-    `errors`, the address of a :class:`PackedErrors`; `echoes`, row by row of receptions, as of
-    :data:`..acoustics.sonar_channel.ECHO`; and `gnss_noise` (pings, 3), where ASVs ping: how far
-    off each believed to be, in standard deviations.  Then every reception is decided by itself,
-    once it is over.
+    Arguments that few bands have may be None, and their code is then left out: `errors`, the
+    address of a :class:`PackedErrors`; `echoes`, one row for each reception,
+    :data:`..acoustics.sonar_channel.ECHO`; and, where ASVs ping, `gnss_noise` (pings, 3), the ASV's
+    GNSS error in standard deviations.  With this, every reception is decided by itself, once it is
+    over.
     """
     by = unpacked(packed, Decided)
     air = _on_record(by, pings, receptions, sounds)
@@ -136,7 +136,7 @@ def resolve(
             dry, hearers = _decide(number, only, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, ping.auv, dry
-            if hearers and ping.heard_by == hearers:  # it was not heard before
+            if hearers and ping.heard_by == hearers:  # no ASV has heard it before
                 _make(fix, ping, only, packed, errors, None)
                 fix += 1
             if only == NONE:
@@ -148,7 +148,7 @@ def resolve(
 
 @compiled
 def _is_under_way(air: Air, ping: int) -> bool:
-    """Tell whether something of a ping is yet to be decided."""
+    """Return whether a reception of a ping is yet to be decided."""
     for row in range(air.pings[ping].first, air.pings[ping].end):
         if air.receptions[row].outcome == IN_FLIGHT:
             return True
@@ -157,8 +157,8 @@ def _is_under_way(air: Air, ping: int) -> bool:
 
 @compiled
 def _over(air: Air, first: int, time: float) -> Ints:
-    """Return the receptions of pings from `first` on that are over by an instant (s) and not
-    decided, in the order in which they were.
+    """Return the undecided receptions of pings from `first` on that are over by an instant (s), in
+    the order of their ends.
     """
     begin = air.pings[first].first if first < len(air.pings) else len(air.receptions)
     rows, size = np.empty(len(air.receptions) - begin, np.int64), 0
@@ -177,10 +177,10 @@ def _over(air: Air, first: int, time: float) -> Ints:
 def _make(
     fix: int, ping: Row, only: int, packed: int, errors: int | None, gnss_noise: Floats | None
 ) -> None:
-    """Write the row of a fix: the receptions that it is made of, and what is measured of the ping.
+    """Write a fix: its receptions, and the position measured by them.
 
-    One that an AUV makes itself (`gnss_noise`) holds as the ping arrives, and it has that as soon
-    as it is decoded.  Arguments as of :func:`resolve`.
+    A fix that an AUV makes itself (with `gnss_noise`) holds as the ping arrives, and the AUV has it
+    once the ping is decoded.  Arguments as of :func:`resolve`.
     """
     by = unpacked(packed, Decided)
     row = by.fixes[fix]
@@ -213,12 +213,12 @@ def _make(
 def _locate_itself(
     fix: int, ping: Row, packed: int, errors: int | None, gnss_noise: Floats
 ) -> None:
-    """Measure the ping of an ASV at the AUV that has heard it; arguments as of :func:`resolve`."""
+    """Write the fix that an AUV makes itself by an ASV's ping; arguments as of :func:`resolve`."""
     by = unpacked(packed, Decided)
     row, instrument, drawn = by.fixes[fix], instrument_of(by.instrument), by.noise.taken_now[0]
     reception = by.receptions[row.first]
     x, y, z, yaw = where(by.listeners, reception.listener, reception.arrived_at_s)
-    drawn[GNSS_NOISE:NOISE_WIDTH] = gnss_noise[ping.ping]  # the ASV's, for all that hear it
+    drawn[GNSS_NOISE:NOISE_WIDTH] = gnss_noise[ping.ping]  # the ASV's, the same for all listeners
     own = HeardBeacon(ping, reception, (x, y, z), yaw, drawn)
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
@@ -234,8 +234,8 @@ def _locate_itself(
 
 @compiled
 def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
-    """Write which pings from `first` on have passed by an instant (s), as they did; return how
-    many.
+    """Write to `due` the pings from `first` on that have passed by an instant (s), in the order in
+    which they passed; return how many.
     """
     size = 0
     for ping in range(first, len(pings)):
@@ -253,10 +253,10 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 def _decide(
     ping: int, only: int, air: Air, echoes: Rows | None, noise: PairNoise
 ) -> tuple[int, int]:
-    """Decide the receptions of a ping, or `only` one, each by a row of the noise.
+    """Decide all receptions of a ping, or `only` one, each by a row of the noise.
 
-    Return NONE, and how many have heard it now.  Where the noise of a pair is used up, nothing is
-    done and the number of its ASV returned first.
+    Return NONE and how many have heard the ping now.  Where the noise of a pair is used up, decide
+    nothing and return its ASV, 0.
     """
     line = air.pings[ping]
     first, end = line.first, line.end
@@ -287,12 +287,12 @@ def _decide(
 
 @compiled
 def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
-    """Write the next noise of a reception's pair `into` a row (columns,), with what its slow errors
-    add; return its luck, a standard normal.
+    """Write the next noise of a reception's pair, slow errors added, to `into` (columns,); return
+    the reception's luck, a standard normal.
     """
     auv, asv = reception.auv, reception.asv
     into[:] = noise.blocks[noise.shelf[auv, asv], noise.taken[auv, asv]]
-    noise.taken[auv, asv] += 1  # whatever comes of it: worlds that differ share their noise
+    noise.taken[auv, asv] += 1  # whatever the outcome: scenarios that differ share their noise
     luck = float(into[NOISE_WIDTH])
     slow = noise.slow[auv, asv]
     advance(slow, reception.arrived_at_s)
@@ -306,21 +306,21 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
 
 @compiled
 def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> tuple[int, int, int]:
-    """Return what becomes of a ping where it arrives, and is lost by `luck`, a standard normal; and
-    what overlaps it there, as of :func:`_meanwhile`, if that destroys it.
+    """Return the outcome of a reception, lost by `luck`, a standard normal; and, if it collided,
+    the kind and number of the strongest sound that overlaps it (:func:`_overlapping`).
     """
     reception = air.receptions[row]
-    others, why, number = _meanwhile(row, air, echoes)
+    others, why, number = _overlapping(row, air, echoes)
     if drowns(reception.sound, others, air.capture):
         return COLLIDED, why, number
     return LOST if chance_of(luck) < reception.loss else HEARD, NONE, NONE
 
 
 @compiled
-def _meanwhile(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int]:
-    """Return how strong all is together that is where a ping arrives while it does; what the
-    strongest of that is, and its number: of a ping or signal, of the ASV that calls, or of a frame
-    of who listens, who then hears nothing.
+def _overlapping(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, int]:
+    """Return the summed strength of all sounds that overlap a reception; the kind of the strongest,
+    and its number: of a ping, signal or packet, of the ASV that calls, or of the listener's own
+    frame.
     """
     pings, sounds, reception = air.pings, air.sounds, air.receptions[row]
     begins, ends, ping = reception.arrived_at_s, reception.ended_at_s, pings[reception.ping]
@@ -350,8 +350,8 @@ def foretold(
     packed: int, row: int, luck: float, pings: int, receptions: int, sounds: int,
     echoes: Rows | None,
 ) -> int:  # fmt: skip
-    """Return what will be decided of a reception, once the ping has passed its ASV; arguments as of
-    :func:`resolve`, and its `luck` a standard normal.
+    """Return the outcome that a reception of a ping that has passed its ASV will have; arguments as
+    of :func:`resolve`, `luck` a standard normal.
     """
     air = _on_record(unpacked(packed, Decided), pings, receptions, sounds)
     outcome, _, _ = _outcome(row, luck, air, echoes)
@@ -369,7 +369,7 @@ def _on_record(by: Decided, pings: int, receptions: int, sounds: int) -> Air:
 
 @compiled
 def begin_fix(row: Row, ping: Row, only: int) -> None:
-    """Write the row of a fix of which nothing is known but the receptions that it is made of."""
+    """Write the row of a new fix, which names its receptions alone."""
     row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
     row.pinged_at_s = row.valid_at_s = ping.sent_at_s
     row.first, row.end = ping.first, ping.end

@@ -1,4 +1,4 @@
-"""How long the slots of the TDMA protocol last.
+"""Durations of the TDMA protocol's slots.
 
 All guards are counted in acoustic crossing times of the survey, so that the protocol stays valid
 as the survey grows (paper, section TDMA Acoustic Protocol).
@@ -16,7 +16,7 @@ from ..scenario.sections.acoustics import UplinkSection
 from ..scenario.sections.protocol import Protocol
 from ..scenario.site import Site
 
-# eq. guard, UL_min, DL_guard, DL_min: factors of the crossing time
+# Guards and shortest slots in crossing times (eq. guard, UL_min, DL_guard, DL_min)
 UPLINK_GUARD, SHORTEST_UPLINK = 0.5, 2.5
 DOWNLINK_GUARD, SHORTEST_DOWNLINK = 1.25, 10.0
 
@@ -24,8 +24,8 @@ DOWNLINK_GUARD, SHORTEST_DOWNLINK = 1.25, 10.0
 def crossing_time(side: float, sound_speed: float = 1500.0) -> float:
     """Return the time t_C (s) that sound takes to cross the survey (eq. t_cross).
 
-    The paper's `side` is that of a square; of another area it is the longer side of the smallest
-    rectangle around it.
+    In the paper `side` is a square's; for another area take the longer side of its smallest
+    enclosing rectangle.
 
     >>> crossing_time(60)
     0.04
@@ -40,7 +40,8 @@ def uplink_slot(
     guard: float | None = None,
     shortest: float | None = None,
 ) -> float:
-    """Return the slot T_UL (s) that holds a ping, its way and its echoes (eq. UL_slot); all in s.
+    """Return the slot T_UL (s) that holds a ping, its travel time and its echoes (eq.  UL_slot);
+    all in s.
 
     `guard` and `shortest` are the paper's T_G = 0.5 t_C and T_UL,min = 2.5 t_C unless given.
 
@@ -90,13 +91,14 @@ def _chosen(own: float | None, papers: float) -> float:
 
 @dataclass(frozen=True)
 class Behind:
-    """What AUVs send on MF behind a broadcast: `relays` (AUVs, in their order) forward its frames,
-    over so many `hops`; then those that have fixes in it acknowledge them, by a frame of
-    `acknowledgement` (B of header, B of each fix; None: they do not).
+    """What AUVs send on MF after a broadcast.  The AUVs `relays`, in this order, forward its frames
+    over so many `hops`; then AUVs with fixes in it acknowledge them, by a frame of
+    `acknowledgement` (B of header, B per fix; None: they do not).
 
-    Who has decoded a frame waits for its turn from then on, by no clock: what it sends begins
-    elsewhere up to a longest way (`way_s`) later for each hop so far, and arrives up to one later.
-    So turns are longer than frames by a way for each hop, and one more.
+    An AUV that has decoded a frame waits for its turn from then on, by no clock.  What it sends
+    begins up to the longest travel time `way_s` later than elsewhere for each hop so far, and
+    arrives up to one later.  So a turn is longer than its frame by one `way_s` for each hop, and
+    one more.
     """
 
     relays: tuple[int, ...]
@@ -106,34 +108,36 @@ class Behind:
     modem: Modem
 
     def relay_turn_s(self, longest_s: float) -> float:
-        """Return how long (s) the turn of an AUV is that forwards a frame, at most so long (s)."""
+        """Return how long (s) the turn is in which an AUV forwards a frame of at most `longest_s`
+        (s).
+        """
         return longest_s + (self.hops + 1) * self.way_s
 
     def pause_s(self, parts: int) -> float:
-        """Return how long (s) AUVs wait behind a broadcast of so many frames, the last of which may
-        come later than they reckon by the others, since they move.
+        """Return how long (s) AUVs wait after a broadcast of so many frames: AUVs move, so the last
+        frame may arrive later than the others let them expect.
         """
         return self.way_s if parts > 1 else 0.0
 
     def turns(self, parts: int) -> int:
-        """Return how many turns there are to forward a broadcast of so many frames."""
+        """Return the number of turns in which a broadcast of so many frames is forwarded."""
         return self.hops * len(self.relays) * parts
 
     def acknowledging(self, fixes: int) -> tuple[int, float, float]:
         """Return size (B) and airtime (s) of the frame that acknowledges so many fixes, and how
-        long (s) after its end it is handed over.
+        long (s) after its end the modem delivers it.
         """
         assert self.acknowledgement is not None
         size = self.acknowledgement[0] + fixes * self.acknowledgement[1]
         return size, self.modem.airtime(size), self.modem.delay(size)
 
     def acknowledgement_turn_s(self, fixes: int = 1) -> float:
-        """Return how long (s) the turn of an AUV is that acknowledges so many fixes."""
+        """Return how long (s) the turn is in which an AUV acknowledges so many fixes."""
         return self.acknowledging(fixes)[1] + (self.hops + 2) * self.way_s
 
     def lasts_s(self, messages: Sequence[Message], fixes: Sequence[int]) -> float:
-        """Return how long (s) all that takes behind a broadcast of some messages, where AUVs have
-        so many `fixes` in it each; without any fix nobody sends anything.
+        """Return how long (s) AUVs send after a broadcast of some messages in which each of them
+        has so many `fixes`; 0 where there is no fix.
         """
         if not fixes:
             return 0.0
@@ -149,13 +153,12 @@ class Behind:
 
 @dataclass(frozen=True)
 class Slots:
-    """Every duration (s) of the protocol for one survey, derived once and configured nowhere else,
-    and the speed of sound (m/s) that the fleet assumes.
+    """All durations (s) of the protocol for one survey, derived once, and the sound speed (m/s)
+    that the fleet assumes.
 
-    Where pings are answered in frames, an uplink slot holds the `answer` as well: the frame of one
-    fix and the guard of a downlink slot; else that is 0.  What AUVs send `behind` a broadcast its
-    downlink slot holds as well; None: nothing.  An uplink slot has room for the `data` that follow
-    a ping (s).
+    Where pings are answered in frames, an uplink slot also holds the `answer`: the frame of one fix
+    and the guard of a downlink slot; else 0.  A downlink slot also holds what AUVs send `behind` a
+    broadcast (None: nothing), an uplink slot the `data` that follow a ping (s).
     """
 
     crossing_time: float
@@ -174,22 +177,22 @@ class Slots:
     data: float = 0.0
 
     def payload_bytes(self, fix_count: int, named: int = 0) -> int:
-        """Return the bytes of a broadcast, of all its messages: of `fix_count` fixes, and of slots
-        of which `named` AUVs are told.
+        """Return the bytes of a broadcast, summed over its messages: `fix_count` fixes, and the
+        slots of `named` AUVs.
         """
         return sum([message.size_bytes for message in self.messages.packed(fix_count, named)])
 
     def airtime(self, fix_count: int, named: int = 0) -> float:
-        """Return the airtime T_tx (s) of such a broadcast, of all its messages."""
+        """Return the airtime T_tx (s) of such a broadcast, summed over its messages."""
         return sum([message.airtime_s for message in self.messages.packed(fix_count, named)])
 
     def frame_slot(self, fix_count: int, named: int = 0) -> float:
-        """Return how long (s) such a broadcast, what AUVs send behind it, and its guard take."""
+        """Return how long (s) such a broadcast, what AUVs send after it, and its guard take."""
         return self.held_s(fix_count, named) + self.downlink_guard
 
     def held_s(self, fix_count: int, named: int = 0) -> float:
-        """Return how long (s) such a broadcast and what AUVs send behind it take at most, one fix
-        to an AUV.
+        """Return how long (s) such a broadcast and what AUVs send after it take, one fix to an
+        AUV.
         """
         lasts = self.airtime(fix_count, named)
         if self.behind is None:
@@ -203,9 +206,8 @@ class Slots:
 
 
 def slots_of(site: Site, messages: Messages) -> Slots:
-    """Derive every duration of the protocol from the survey and the bands.
-
-    The fleet plans it with the speed of sound that it assumes.
+    """Derive every duration of the protocol from survey and bands, with the sound speed that the
+    fleet assumes.
     """
     sound_speed, rate = site.assumed_sound_speed_m_per_s, site.scenario.protocol.tick_rate_hz
     hf, protocol = site.scenario.acoustics.hf, site.scenario.protocol
@@ -231,23 +233,23 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     )  # fmt: skip
 
 
-# Between a ping and its packet so much of a ping is quiet: an AUV that approaches an ASV, or goes
-# away, by 1 % of the speed of sound does not mix them.
+# Pause between a ping and its packet, as a share of the ping: they do not overlap at an ASV even if
+# the range changes at 1 % of the sound speed.
 QUIET = 0.02
 
 
 def gap_s(hf: UplinkSection) -> float:
-    """Return how long (s) after its ping an AUV begins with its packet."""
+    """Return the pause (s) between the end of a ping and its packet."""
     return QUIET * hf.ping_s
 
 
 def packet_s(hf: UplinkSection, traffic: Traffic) -> float:
-    """Return how long (s) a packet lasts."""
+    """Return the airtime (s) of a packet."""
     return 8 * traffic.bytes / hf.bit_rate_bps
 
 
 def _behind(site: Site, messages: Messages, sound_speed: float) -> Behind:
-    """Return what AUVs send behind a broadcast."""
+    """Return what AUVs send after a broadcast."""
     protocol, mf = site.scenario.protocol, site.scenario.acoustics.mf
     each = mf.header_bytes, protocol.acknowledgement_bytes
     hops = 0 if protocol.relay is None else protocol.relay.hops
@@ -268,12 +270,11 @@ def _uplink_slot(protocol: Protocol, ping: float, longest: float, crossing: floa
 
 
 def _own_slot(name: str, ping_s: float, way_s: float, crossing_s: float) -> float | None:
-    """Return how long (s) the slots of a ranging of somebody's own are, by its `slot_s`.
-
-    None where it has none, or is not loaded: then they hold one ping and its way.
+    """Return the uplink slot (s) of a user-defined ranging, by its `slot_s`; None if it has none or
+    is not loaded: then a slot holds one ping and its travel time.
 
     Raises:
-        PluginError: when that raises anything, or is no time.
+        PluginError: when `slot_s` raises anything, or returns no time.
     """
     ask = asked(RANGING.key, name, getattr, loaded(name), "slot_s", None)
     if ask is None:

@@ -1,6 +1,4 @@
-"""Steps of a mission in time: the event of an instant, and generators that somebody else has
-written, whose mistakes are their own.
-"""
+"""Events of a mission at given instants, and checked generators of user-defined parts."""
 
 import math
 from collections.abc import Callable, Generator
@@ -13,23 +11,23 @@ from ...support.clock import Clock
 from ...support.plugins import OwnPart
 from ..vehicles.fleet import VehicleFleet
 
-# Instants (s) that differ by less are one: a wait ends where its sum with now is rounded to.
+# Instants (s) that differ by less are the same: now plus a wait is rounded.
 SAME = 1e-6
 
 HELD = "a mission runs its events itself: mission.advance(until)"
 
-# What a generator yields that has come to its end.
+# Stands for the next event of a generator that has ended
 _NONE = object()
 
 
 class MissionEnvironment(simpy.Environment):
-    """SimPy's, of a mission, which alone knows what else is due at an instant and goes through it.
+    """SimPy's environment of a mission; the mission alone runs its events.
 
-    SimPy's would lose all events behind one after nan s: who asks for that is told so.
+    SimPy's own would lose all events after one at nan s; this one refuses to wait for nan.
     """
 
     def run(self, until: Any = None) -> NoReturn:
-        """Refuse: who ran events past the mission would leave it at another time than theirs.
+        """Refuse: events that run past the mission would leave it at another time than theirs.
 
         Raises:
             RuntimeError: always.
@@ -45,7 +43,7 @@ class MissionEnvironment(simpy.Environment):
         raise RuntimeError(HELD)
 
     def timeout(self, delay: float = 0.0, value: Any = None) -> simpy.Timeout:
-        """Return the event of an instant so much later (s).
+        """Return the event `delay` (s) from now.
 
         Raises:
             ValueError: when that is negative or no number.
@@ -55,20 +53,20 @@ class MissionEnvironment(simpy.Environment):
         return simpy.Timeout(self, delay, value)
 
     def happen(self, last: float) -> None:
-        """Let everything happen up to an instant (s), that instant included."""
+        """Run all events up to an instant (s), that instant included."""
         queue, step = self._queue, super().step
         while queue and queue[0][0] <= last:  # `run(until)` may stop beside it by a rounding
             step()
 
     def happen_next(self) -> None:
-        """Let the next event happen."""
+        """Run the next event."""
         super().step()
 
     def end(self) -> None:
-        """Have nobody wait any more for what is still to come.
+        """Drop the callbacks of all events that are still to come.
 
-        What waits is a circle (event, process, what that works on, this), which would keep the
-        memory of a mission that nobody has any more until Python looks for circles.
+        Event, process, the process's objects and the environment are a reference cycle, which would
+        keep the memory of a finished mission until Python's garbage collector finds it.
         """
         for *_, event in self._queue:
             for callback in event.callbacks:
@@ -79,16 +77,16 @@ class MissionEnvironment(simpy.Environment):
 
 
 def moment(env: simpy.Environment, instant: float) -> simpy.Timeout:
-    """Return the event of an instant (s) that is not past."""
+    """Return the event of an instant (s), now if that is past."""
     now = env.now
     return simpy.Timeout(env, instant - now if instant > now else 0.0)
 
 
 def event_of(env: simpy.Environment, instant: float) -> simpy.Timeout:
-    """Return the event of an instant (s) that is not past, as somebody's own names it.
+    """Return the event of an instant (s), now if that is past, for user-defined parts.
 
     Raises:
-        ValueError: when that is no instant.
+        ValueError: when the instant is not finite.
     """
     if not math.isfinite(instant):
         raise ValueError(f"{instant} s is no instant that can be waited for")
@@ -96,7 +94,7 @@ def event_of(env: simpy.Environment, instant: float) -> simpy.Timeout:
 
 
 def check_now(env: simpy.Environment, time: float, wait: str) -> None:
-    """Refuse an instant (s) that is not now; `wait` says how it is waited for.
+    """Refuse an instant (s) that is not now; `wait` is the message's hint how to wait for it.
 
     Raises:
         ValueError: when it is another one, or none.
@@ -113,7 +111,9 @@ def check_now(env: simpy.Environment, time: float, wait: str) -> None:
 def some_work(
     env: simpy.Environment, asvs: VehicleFleet, clock: Clock, time: float
 ) -> Generator[simpy.Event, None, float]:
-    """Wait while all ASVs have failed, since nobody begins a round; return the instant then (s)."""
+    """Wait while all ASVs have failed, since none can begin a round; return the instant then
+    (s).
+    """
     starts = asvs.works_from(time)
     if starts == math.inf:
         yield env.event()  # which never happens
@@ -126,11 +126,11 @@ def some_work(
 def checked_steps(
     part: OwnPart, steps: Any, env: simpy.Environment, when: str | Callable[[], str]
 ) -> Generator[simpy.Event, Any, Any]:
-    """Go through the steps of a user-defined part, and return what they return.
+    """Run the steps of a user-defined part, and return what they return.
 
     Raises:
         PluginError: naming key, part and instance (`when`), if they are no generator, raise
-            anything, or yield what is no event of this mission.
+            anything, or yield anything but an event of this mission.
     """
     now = when() if callable(when) else when
     if not isinstance(steps, Generator):
@@ -152,7 +152,7 @@ def checked_steps(
 
 
 def _advanced(advance: Callable[[Any], Any], value: Any) -> tuple[Any, Any]:
-    """Return the next event of a generator and None, or no event and what it returned."""
+    """Return a generator's next event and None, or `_NONE` and what it returned."""
     try:
         return advance(value), None
     except StopIteration as end:

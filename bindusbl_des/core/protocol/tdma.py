@@ -1,11 +1,11 @@
 """The TDMA protocol: AUVs ping in groups on HF, then an ASV broadcasts their fixes on MF.
 
-`serve` is the process that runs through the mission, round after round.  The downlink decides what
-happens when in a round (:mod:`.downlinks`); it is written with the functions that follow:
-`ping_group`, `broadcast`, `downlink_free` and `until`.
+`serve` is the process that runs through the mission, round after round.  The downlink decides the
+timeline of a round (:mod:`.downlinks`), written with the functions below: `ping_group`,
+`broadcast`, `downlink_free` and `until`.
 
 With passive ranging (piUSBL) ASVs take turns to ping instead (`take_turns`), and every AUV that
-hears one fixes itself: AUVs are neither scheduled nor answered.
+hears a ping fixes itself: AUVs have no slots and get no answers.
 """
 
 from collections.abc import Generator, Sequence
@@ -23,15 +23,15 @@ from .network import BroadcastView, Fixes, Network, PassiveNetwork, Steps, Turn
 from .steps import check_now, event_of, moment, some_work
 from .view import TimedGroups
 
-# What a user-defined downlink is told that acts at another instant than now.
+# Hint to a user-defined downlink that acts at another instant than now.
 WAITING = "`time = yield from ping_group(...)` waits, and `yield until(network, time)`"
 
 
 def take_turns(network: PassiveNetwork) -> Generator[simpy.Event, None, None]:
     """Let the ASVs ping one after the other, a slot each, from the mission's start to its end.
 
-    No AUV hears two of them in one slot, wherever it is: the ASVs need not know.  Those that
-    have failed by the start of a round have no slot in it; who fails later leaves its own empty.
+    Slots are so long that no AUV, wherever it is, hears two ASVs in one.  An ASV that has failed by
+    the start of a round has no slot in it; one that fails later leaves its slot empty.
     """
     time, asvs = 0.0, network.asv_fleet
     for number in count():
@@ -63,7 +63,7 @@ def serve(network: Network) -> Generator[simpy.Event, None, None]:
 
 
 def scheduled(network: Network, number: int, time: float) -> Turn:
-    """Return the round that begins now, at `time` (s): which AUVs ping in which of its slots.
+    """Return the round that begins now, at `time` (s), with its ping groups.
 
     Positions have changed since the last downlink, and with them the conflict graph.
     """
@@ -71,7 +71,7 @@ def scheduled(network: Network, number: int, time: float) -> Turn:
         view = network.view(number, time)
         groups = network.schedule(view)
         network.estimates.give_turns(groups, view.heard, number)
-    else:  # AUVs go by the schedule that frames have told them of
+    else:  # the schedule that frames have announced
         plan = network.dissemination.planned(number, time)
         view, groups = plan.view, plan.groups
     if isinstance(groups, TimedGroups):
@@ -84,10 +84,10 @@ def scheduled(network: Network, number: int, time: float) -> Turn:
 
 
 def ping_group(network: Network, turn: Turn, slot: int, time: float) -> Steps:
-    """Let those of a ping group that know it ping, and wait for the end of its slot (eq. UL_slot,
-    UL_tick).
+    """Let the AUVs of a ping group that know their slot ping; return the end of the slot (s) once
+    it has come (eq.  UL_slot, UL_tick).
 
-    Polled AUVs end it when they have answered.
+    With polling the slot ends as soon as all answers are decoded.
 
     Raises:
         ValueError: when it is not `time` (s) now.
@@ -109,13 +109,13 @@ def ping_group(network: Network, turn: Turn, slot: int, time: float) -> Steps:
 
 
 def broadcast(network: Network, turn: Turn, time: float) -> None:
-    """Broadcast every fix made since the last broadcast, and those that are to be repeated; none
-    still costs a header (eq. payload).
+    """Broadcast every fix made since the last broadcast, and those to be repeated; without any fix
+    a broadcast still costs a header (eq. payload).
 
-    One ASV does, or several share it: those that send at once are given time for the longest of
-    their frames and its guard (eq. DL_slot), and the others follow them.  Where one message does
-    not hold what an ASV sends, several follow each other.  Where AUVs have to be told their slots,
-    frames name those that have one in a round to come.  While all ASVs have failed, the fixes wait.
+    One ASV sends them, or several share them.  ASVs that send at once are given the longest of
+    their frames and its guard (eq.  DL_slot), and others follow.  Fixes that do not fit into one
+    message go into several in a row.  With `knowledge: broadcast` frames also name the AUVs that
+    have a slot in a round to come.  While all ASVs have failed, fixes wait.
 
     Raises:
         ValueError: when it is not `time` (s) now.
@@ -127,7 +127,7 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
     slots, after = network.slots, network.slots.clock.after
     waiting = network.take_fixes(time)
     shares = _shared(network, waiting, time)
-    named: dict[int, Sequence[int]] = {}  # the AUVs that each ASV tells their slots
+    named: dict[int, Sequence[int]] = {}  # by ASV: the AUVs whose slots it announces
     if network.dissemination is not None:
         senders = [asv for at_once in shares for asv, _ in at_once]
         named.update(network.dissemination.assign(turn.row.round, time, senders))
@@ -159,8 +159,8 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
 
 
 def _shared(network: Network, waiting: Fixes, time: float) -> list[list[tuple[int, Ints]]]:
-    """Return which ASVs send which fixes, rows of the record: those of a list at once, one list
-    after the other.
+    """Return the ASVs that send and their fixes, rows of the record: all pairs of one inner list
+    send at once, one list after the other.
     """
     number, fixes = network.broadcasts, np.asarray(waiting, dtype=np.int64)
     network.broadcasts += 1
@@ -185,8 +185,8 @@ def _send(
     names: Sequence[int],
     _: simpy.Event | None = None,
 ) -> None:
-    """Let an ASV send, at an instant (s), one message of a broadcast: the part of that number, with
-    these fixes; it names AUVs that have a slot in a round to come.
+    """Let an ASV send one message of a broadcast at an instant (s): its `part`, with fixes `fixes`
+    (k,) and AUVs `names` whose slots it announces.
     """
     network.deliveries.send(turn.row.round, fixes, asv, time, message, part)
     turn.row.fixes += message.fixes
@@ -204,7 +204,7 @@ def downlink_free(network: Network, time: float) -> Steps:
 
 
 def frame_start(network: Network, number: int, time: float) -> Steps:
-    """Wait for the round's frame."""
+    """Wait for the start of a round's time frame; return that instant (s)."""
     starts = network.opens(number)
     if starts > time:
         yield until(network, starts)
@@ -215,6 +215,6 @@ def until(network: Network, instant: float) -> simpy.Timeout:
     """Return the event of an instant (s) that is not past.
 
     Raises:
-        ValueError: when that is no instant.
+        ValueError: when it is not finite.
     """
     return event_of(network.env, instant)
