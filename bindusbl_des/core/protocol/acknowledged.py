@@ -1,4 +1,4 @@
-"""What the fleet knows that AUVs have, since they have acknowledged it; what it repeats if not."""
+"""Fixes that AUVs have acknowledged, as the fleet knows them, and the fixes that it repeats."""
 
 from collections.abc import Callable
 
@@ -11,17 +11,17 @@ from ..records.rows import EventBuffer
 class Acknowledged:
     """Fixes, rows of the record, that the fleet knows to be delivered, and since when (s).
 
-    What it hears late is looked up by `update` before an answer.
+    `update` takes in acknowledgements that came since, before each answer.
     """
 
     def __init__(self, fixes: EventBuffer, auvs: int) -> None:
         self._fixes = fixes
         self.since_s: dict[int, float] = {}
-        self._newest = np.full((2, auvs), np.nan)  # of each AUV: since when, its ping
+        self._newest = np.full((2, auvs), np.nan)  # newest fix by AUV: known since, pinged at (s)
         self.update: Callable[[], None] = lambda: None
 
     def note(self, fix: int, time: float) -> None:
-        """Note that the fleet hears at an instant (s) of an AUV that it has a fix."""
+        """Note a fix whose acknowledgement reaches the fleet at an instant (s)."""
         if fix in self.since_s:
             return
         self.since_s[fix] = time
@@ -31,28 +31,30 @@ class Acknowledged:
             self._newest[:, auv] = time, pinged_at
 
     def knows(self, fix: int) -> bool:
-        """Tell whether it knows by now that an AUV has a fix."""
+        """Return whether the fleet knows by now that a fix was delivered."""
         self.update()
         return fix in self.since_s
 
     @property
     def at_s(self) -> Floats:
-        """Since when (s) it knows of each AUV's newest fix that it knows of, (n,); NaN: of none."""
+        """Since when (s) the fleet has known of each AUV's newest acknowledged fix, (n,), or
+        NaN.
+        """
         self.update()
         return np.array(self._newest[0])
 
     @property
     def pinged_at_s(self) -> Floats:
-        """When (s) that AUV sent the ping of that fix, (n,)."""
+        """When (s) each AUV sent the ping of that fix, (n,)."""
         self.update()
         return np.array(self._newest[1])
 
 
 def known_by(acknowledged: Acknowledged | None) -> Acknowledged:
-    """Return what AUVs have acknowledged.
+    """Return the store of acknowledged fixes.
 
     Raises:
-        LookupError: where they do not acknowledge.
+        LookupError: where AUVs do not acknowledge.
     """
     if acknowledged is None:
         raise LookupError(
@@ -63,24 +65,24 @@ def known_by(acknowledged: Acknowledged | None) -> Acknowledged:
 
 
 class Repeating:
-    """The last fix of each AUV that was broadcast, and how often it is to be once more.
+    """The last broadcast fix of each AUV, and how often it is still to be repeated.
 
-    A newer fix of its AUV replaces it, sent or not: an old one is worth less.  Of what the fleet
-    knows to be delivered (`acknowledged`, None: nothing) nothing is repeated.
+    An AUV's newer fix replaces it, sent or not.  A fix that the fleet knows to be delivered
+    (`acknowledged`, None: none is) is not repeated.
     """
 
     def __init__(
         self, fixes: EventBuffer, most: int | None, acknowledged: Acknowledged | None
     ) -> None:
-        """Repeat each up to so many times (None: until it is acknowledged)."""
+        """Repeat each fix `most` times (None: until it is acknowledged)."""
         self._fixes, self._most, self._acknowledged = fixes, most, acknowledged
-        self._looked = 0  # at fixes before this one
-        self._newest: dict[int, tuple[int, int]] = {}  # of each AUV: its ping, the fix
-        self._left: dict[int, int | None] = {}  # of fixes that were sent
+        self._looked = 0  # fixes before this one are noted
+        self._newest: dict[int, tuple[int, int]] = {}  # by AUV: newest ping with a fix, that fix
+        self._left: dict[int, int | None] = {}  # by fix: repetitions left
 
     def with_due(self, waiting: range, room: int | None) -> Ints:
-        """Return fixes that are sent now for the first time, and behind them, the oldest first,
-        those that are to be repeated, as many as there is `room` for (None: for any number).
+        """Return the `waiting` fixes, sent now for the first time, and behind them, oldest first,
+        the fixes to be repeated, as many as fit into `room` (None: all).
         """
         fixes = self._fixes.rows
         for fix in fixes[self._looked :]:

@@ -29,9 +29,7 @@ class Answers:
         self._complete = env.event()
 
     def begin(self, slot: SlotNumber, calls: int) -> None:
-        """Begin a slot in which so many AUVs are called; answers to other slots are late, and do
-        not count.
-        """
+        """Begin a slot in which so many AUVs are called; answers to other slots do not count."""
         self._slot, self._missing, self._complete = slot, calls, self._env.event()
 
     def expect(self, slot: SlotNumber, pings: range, caller: int) -> None:

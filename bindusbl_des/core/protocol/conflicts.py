@@ -262,9 +262,7 @@ def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
 
 @compiled
 def _is_new(heard: Flags, own: Ints, used: Flags, colour: int) -> bool:
-    """Return whether an ASV of `own` hears an AUV, and no ASV that hears it has heard the
-    colour.
-    """
+    """Return whether an ASV of `own`, and no ASV with the colour so far, hears an AUV."""
     shared = False
     for asv in own:
         shared = shared or heard[asv]

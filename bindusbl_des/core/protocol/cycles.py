@@ -37,9 +37,7 @@ class Cycle:
 
 @dataclass
 class _Bands:
-    """Stand-in for both bands: each slot `brings` so many fixes, and a broadcast takes those that
-    wait.
-    """
+    """Stand-in for both bands: each slot `brings` so many fixes, and a broadcast takes all."""
 
     brings: Sequence[int]
     env: simpy.Environment
@@ -57,7 +55,7 @@ class _Bands:
 
 @dataclass
 class _Dissemination:
-    """Stand-in for schedule dissemination: each broadcast names so many AUVs, and all know their
+    """Stand-in for schedule dissemination: each broadcast names `named` AUVs; all know their
     slots.
     """
 
@@ -83,9 +81,7 @@ class _Nobody:
 
 
 class _Dry:
-    """Stand-in for the network that a downlink works with: slots, airtimes, and one ASV that
-    broadcasts.
-    """
+    """Stand-in for a downlink's network: slots, airtimes, and one ASV that broadcasts."""
 
     def __init__(self, slots: Slots, brings: Sequence[int], named: int, busy_s: float) -> None:
         self.env, self.slots = simpy.Environment(), slots
@@ -114,8 +110,7 @@ class _Dry:
 
 @lru_cache(maxsize=4096)
 def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: int = 0) -> Cycle:
-    """Return the timeline of a downlink's round once it repeats; `downlink` None: without
-    broadcasts.
+    """Return a downlink's timeline of a round once it repeats; `downlink` None: no broadcasts.
 
     The round has so many ping `groups` in slots T_UL, which bring so many `fixes`, as evenly as
     possible; each of its broadcasts tells `named` AUVs their slots.

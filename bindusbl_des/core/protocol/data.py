@@ -1,9 +1,8 @@
-"""Data of AUVs: packets that wait for a ping of theirs, and follow it on HF to all vessels.
+"""Data of AUVs: packets that wait for their AUV's next ping, and follow it on HF to all vessels.
 
 A packet is a sound at every vehicle, beside pings, calls and signals, on the same sea
-(:mod:`..acoustics.signals`): it is lost by the same chance as a ping over the same way, and what
-overlaps it destroys it, as it destroys others.  It is not answered: what became of each is worked
-out as the mission ends.
+(:mod:`..acoustics.signals`): it is lost by the same chance as a ping over the same path, and sounds
+that overlap destroy each other.  It is not answered: its outcome is worked out as the mission ends.
 """
 
 from collections import deque
@@ -36,8 +35,8 @@ DELIVERED = "delivered"
 
 
 class Data:
-    """The packets of all AUVs, made as `traffic` says, each `lasts_s` (s) on the air, from `gap_s`
-    (s) after a ping on.
+    """The packets of all AUVs, made as `traffic` says; each lasts `lasts_s` (s), and begins `gap_s`
+    (s) after a ping ends.
     """
 
     def __init__(
@@ -73,15 +72,15 @@ class Data:
             self._next[auv] = next(self._made[auv])
 
     def lasts_s(self, auv: int, time: float) -> float:
-        """Return how long (s) an AUV goes on to send behind a ping that it begins at an instant
-        (s): a packet, if one waits.
+        """Return how long (s) an AUV still sends after a ping that begins at an instant (s): a
+        packet, if one waits.
         """
         self._make(auv, time)
         return self._gap + self._lasts if self._waiting[auv] else 0.0
 
     def follow(self, pings: range) -> None:
-        """Let each AUV send its oldest packet behind a ping of these that begin now, if one waits
-        and it does not send still.
+        """After each of these pings, which begin now, send the AUV's oldest waiting packet, unless
+        it is still sending one.
         """
         for ping in self._record.pings.array[pings.start : pings.stop]:
             auv, time = int(ping["auv"]), float(ping["sent_at_s"])
@@ -102,7 +101,7 @@ class Data:
         self._sent[auv] += 1
 
     def close(self, time: float) -> None:
-        """Put on record what became of each packet by an instant (s), the mission's end."""
+        """Record the outcome of each packet by an instant (s), the mission's end."""
         for auv in range(self._auvs):
             self._make(auv, np.nextafter(time, 0.0))
         packets, rows = self._record.packets, self._sounds.rows
@@ -125,8 +124,8 @@ class Data:
         self._number(sent)
 
     def _number(self, sent: dict[int, Packet]) -> None:
-        """Number packets in the order in which they were made, also where they overlapped others;
-        until now those that were `sent` had the numbers of that.
+        """Number packets in the order in which they were made, also in `overlapped_by` of other
+        rows; before, `sent` packets were numbered in the order of sending.
         """
         self._record.packets.sort(key=lambda packet: (packet.made_at_s, packet.auv))
         for number, packet in enumerate(self._record.packets):
@@ -145,6 +144,6 @@ class Data:
             packet.latency_s = ended - packet.made_at_s
 
     def _became(self, row: int, time: float) -> int:
-        """Return what has become of a packet at an ASV by an instant (s)."""
+        """Return the outcome of a packet at an ASV by an instant (s)."""
         pings = self._record.receptions.rows, self._record.pings.rows, self._uplink.band.duration
         return self._sounds.received(row, time, self._uplink.receiver.capture, pings)[0]

@@ -49,9 +49,7 @@ class Deliveries:
         self._deliver_by(arrives, [fix])
 
     def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
-        """Schedule the delivery of fixes, the last of which arrives at an instant (s), where the
-        instant matters.
-        """
+        """Schedule the delivery of fixes, the last by an instant (s), where the instant matters."""
         if self.on_frame is not None:
             self.on_frame(rows)
         elif not self._auvs.foreseen:  # AUVs steer by fixes, or are moved from outside

@@ -1,7 +1,8 @@
-"""Schedule dissemination: frames name AUVs and their slots; who knows by when, who pings anyway.
+"""Schedule dissemination: frames announce the slots of AUVs; which AUV knows by when, which pings
+anyway.
 
-The fleet assigns the slots of a round as the frame begins that names them, and knows of its AUVs
-only what fixes say.  An AUV knows the slots of frames that it has decoded, and nothing else.
+The fleet assigns the slots of a round as the frame begins that announces them, and knows of its
+AUVs only what fixes say.  An AUV knows the slots of frames that it has decoded, and nothing else.
 """
 
 import math
@@ -25,17 +26,17 @@ from .slots import Slots
 from .steps import SAME, moment
 from .view import Schedule, TimedGroups, View
 
-# Whether each AUV has decoded a broadcast, by its number, by an instant (s), (n,)
+# Function of a broadcast's number and an instant (s): which AUVs (n,) have decoded it by then
 Decoded = Callable[[int, float], Flags]
 
 
 @dataclass
 class AnnouncedRound:
-    """The ping groups of a round that begins at an instant, and the frames that tell of it.
+    """The plan of a round that begins at `starts_s` (s): its ping groups, its announcements.
 
-    `frames` are numbers of broadcasts, each with the AUVs that it names, and `awaited` tells how
-    many ASVs have yet to begin theirs; `informed` (n,) who knows the plan so far, all of them where
-    it was agreed before the launch.
+    `frames` are numbers of broadcasts, each with the AUVs that it names, and `awaited` is how many
+    ASVs have yet to begin theirs; `informed` (n,) tells which AUVs know the plan so far, all of
+    them if it was agreed before the launch.
     """
 
     number: int
@@ -48,27 +49,27 @@ class AnnouncedRound:
 
     @property
     def named(self) -> list[int]:
-        """The AUVs that have a slot, in the order of the slots."""
+        """The AUVs that have a slot, in the order of slots."""
         return [auv for group in self.groups for auv in group]
 
     def slot_of(self, auv: int) -> int | None:
-        """Return the slot of an AUV; None if it has none."""
+        """Return the slot of an AUV, or None if it has none."""
         return next((slot for slot, group in enumerate(self.groups) if auv in group), None)
 
     def frame_of(self, auv: int) -> int | None:
-        """Return the number of the broadcast that names an AUV; None if none has."""
+        """Return the number of the broadcast that names an AUV, or None."""
         return next((number for number, named in self.frames if auv in named), None)
 
     def forget(self, starts_s: float) -> None:
-        """Have the round begin later than AUVs were told; none knows when."""
+        """Start the round later than it was announced; no AUV knows when."""
         self.starts_s = starts_s
         self.informed[:] = False
         self.frames.clear()
 
     def learn(self, decoded: Decoded, time: float) -> list[int]:
-        """Note who knows the plan by an instant (s); return the AUVs for which that is new.
+        """Note which AUVs know the plan by an instant (s); return those for which that is new.
 
-        An AUV knows its slot by the frame that names it, and that it has none by all of them.
+        An AUV knows its slot by the frame that names it; that it has none it knows by all frames.
         """
         if not self.frames or self.informed.all():
             return []
@@ -85,10 +86,10 @@ class AnnouncedRound:
 
 @dataclass(slots=True)
 class Knowledge:
-    """What one AUV knows: of which round it was told last, when that begins, how long rounds last.
+    """What one AUV knows: the number and start (s) of the last round that was announced to it, and
+    how long rounds last (s).
 
-    `turn_s` is when its next turn in a round would be, from the start of one (s), in which `slot`:
-    None where it would have none.
+    Its next turn is in `slot`, `turn_s` (s) after the start of a round; None: it has none.
     """
 
     round: int = -1
@@ -99,7 +100,7 @@ class Knowledge:
     pinged_at_s: float = -np.inf
 
     def learn(self, plan: AnnouncedRound, turn_s: float | None, slot: int) -> None:
-        """Take in the plan of a later round; rounds last as long as those since the last told."""
+        """Take in the plan of a later round; rounds last as long as on average since the last."""
         if self.round >= 0:
             self.period_s = (plan.starts_s - self.starts_s) / (plan.number - self.round)
         self.round, self.starts_s = plan.number, plan.starts_s
@@ -107,10 +108,10 @@ class Knowledge:
 
 
 class LastHeard:
-    """When each AUV was heard last, as far as the fleet knows: by the fixes that it has made.
+    """When the fleet last heard each AUV, by the fixes that it has made.
 
-    One that has not been heard for `forget_after` (s) is lost, from its launch on.  Lost ones are
-    called back in turn.
+    An AUV that has not been heard for `forget_after` (s), counted from its launch at first, is
+    lost.  Lost AUVs get recall slots in turn.
     """
 
     def __init__(self, auvs: int, fixes: EventBuffer, forget_after: float | None) -> None:
@@ -126,17 +127,17 @@ class LastHeard:
         return np.asarray(time - self._heard_at > self._forget_after)
 
     def recall(self, lost: NDArray[np.bool_], number: int) -> int:
-        """Return which of the lost AUVs a round (its number) calls back: that of longest ago."""
+        """Return the lost AUV that a round, by its number, recalls: of longest ago."""
         auv = int(np.argmin(np.where(lost, self._recalled_in, number)))
         self._recalled_in[auv] = number
         return auv
 
 
 class Announcing(NamedTuple):
-    """How AUVs are told: frames of a round tell the slots of the one `ahead` of it.
+    """How slots are announced: frames of a round announce the round `ahead` rounds later.
 
-    `missed` and `chance`: what those do that were not told.  Each `recall_rounds` rounds a lost AUV
-    gets a slot.
+    `missed` and `chance` say what AUVs do that received no slot.  Every `recall_rounds` rounds one
+    lost AUV gets a slot.
     """
 
     ahead: int
@@ -147,11 +148,11 @@ class Announcing(NamedTuple):
 
 @dataclass
 class Dissemination:
-    """Who knows which slots.
+    """Announces slots, and knows which AUVs know theirs.
 
-    `view` is what the fleet knows as it schedules a round, by its number and an instant (s);
-    `opens` the earliest start (s) of a round, by its number; `works_from` when (s) from an instant
-    on some ASV works.
+    `view` returns what the fleet knows as it schedules a round, by its number and an instant (s);
+    `opens` the earliest start (s) of a round, by its number; `works_from` the first instant (s),
+    from a given one on, at which an ASV works.
     """
 
     env: simpy.Environment
@@ -176,8 +177,8 @@ class Dissemination:
     def planned(self, number: int, time: float) -> AnnouncedRound:
         """Return the plan of a round that begins at an instant (s).
 
-        One that begins later than was said, because no ASV worked, no AUV knows of, nor one that no
-        frame has told of.
+        If it was not announced, or begins later than announced because no ASV worked, no AUV knows
+        it.
         """
         if not self._plans:
             self._agree()
@@ -187,11 +188,11 @@ class Dissemination:
         elif plan.starts_s != time:
             plan.forget(time)
         self._under_way = number
-        self._plans.pop(number - 1, None)  # no AUV can learn any more of a round that is over
+        self._plans.pop(number - 1, None)  # no AUV can use the plan of a round that is over
         return plan
 
     def _agree(self) -> None:
-        """Agree before the launch on all rounds that no frame can tell of."""
+        """Agree before the launch on the rounds that no frame can announce."""
         starts = 0.0
         for number in range(self.announcing.ahead):
             starts = max(starts, self.opens(number))
@@ -202,15 +203,15 @@ class Dissemination:
                 self._learn(auv, plan)
         count = len(plan.named)
         lasts = starts - plan.starts_s, self.slots.downlink_slot(count, count)
-        # rounds are planned to bring a fix of everybody
+        # a broadcast is expected to carry a fix of each AUV
         for auv, knowledge in enumerate(self.auvs):
             knowledge.period_s = sum(lasts) if self.announcing.ahead == 1 else max(lasts)
             self._reckon(auv, 1)
 
     def assign(self, number: int, time: float, senders: Sequence[int]) -> dict[int, list[int]]:
-        """Assign the slots of the round ahead of one whose broadcast begins at an instant (s).
+        """Plan the round that a broadcast announces, which begins at an instant (s).
 
-        Return which AUVs each of the ASVs names that send it: those to which it is the nearest.
+        Return for each of the ASVs that send the AUVs that it names, to which it is the nearest.
         """
         ahead, count = number + self.announcing.ahead, len(self.auvs)
         lasts = len(senders) * self.slots.downlink_slot(count, count)  # at most, one by one
@@ -229,7 +230,9 @@ class Dissemination:
         return named
 
     def foretell(self, number: int, ends: float) -> None:
-        """Have the round ahead begin once the downlink slot of one has ended (s), if no later."""
+        """Start the announced round once a downlink slot has ended (s), or as soon as it can
+        then.
+        """
         ahead = number + self.announcing.ahead
         plan, starts = self._plans[ahead], [ends, self.opens(ahead)]
         if self.announcing.ahead > 1:
@@ -237,8 +240,8 @@ class Dissemination:
         plan.starts_s = max(starts)
 
     def send(self, number: int, broadcast: int, part: int, named: Sequence[int]) -> None:
-        """Note that a broadcast, by its number, of a round names AUVs; the `part` 0 of an ASV is
-        its first.
+        """Note that a broadcast, by its number, of a round names AUVs; `part` 0 is an ASV's
+        first.
         """
         plan = self._plans[number + self.announcing.ahead]
         plan.frames.append((broadcast, named))
@@ -247,8 +250,8 @@ class Dissemination:
     def _plan(
         self, number: int, time: float, starts: float, ahead_s: float = 0.0
     ) -> AnnouncedRound:
-        """Return the plan of a round by what the fleet knows at an instant (s), so much (s) before
-        it begins.
+        """Return the plan of a round by what the fleet knows at an instant (s), `ahead_s` (s)
+        before the round begins.
         """
         view, lost = self.view(number, time), self.last_heard.lost(time)
         view.heard[lost] = False
@@ -258,7 +261,7 @@ class Dissemination:
         view.known.give_turns(asked, view.heard, number)
         groups = [[auv for auv in group if not lost[auv]] for group in asked]
         lengths = list(asked.lengths_s) if isinstance(asked, TimedGroups) else []
-        if not lengths:  # slots of T_UL can be left out
+        if not lengths:  # empty slots of T_UL can be left out
             groups = [group for group in groups if group] or [[]]
         if self.announcing.missed == "contention":
             groups.append([])
@@ -269,14 +272,14 @@ class Dissemination:
         return AnnouncedRound(number, view, TimedGroups(groups, lengths), starts, uninformed)
 
     def _slot_starts(self, groups: TimedGroups, starts: float) -> list[float]:
-        """Return when (s) the slots of a round begin, and the last of them ends."""
+        """Return when (s) the slots of a round begin, and when the last of them ends."""
         return list(accumulate(groups.lengths_s, self.slots.clock.after, initial=starts))
 
     def known(self, row: Round, slot: int, time: float) -> list[int]:
         """Return the AUVs that ping in a slot of a round, from an instant (s) on.
 
-        They are those of its group that know it; in a contention slot those that know where it is,
-        have not had a turn, and try their luck.
+        They are the AUVs of its group that know the slot; in a contention slot the AUVs that know
+        when it begins, have not had a turn, and dare to ping by chance.
         """
         self._hear(time)
         plan = self._plans[row.round]
@@ -319,7 +322,7 @@ class Dissemination:
         return time - self.auvs[auv].pinged_at_s >= self.slots.ping_duration
 
     def _hear(self, time: float) -> None:
-        """Let AUVs know what the frames have told them that they have decoded by an instant (s)."""
+        """Let AUVs learn the plans of frames that they have decoded by an instant (s)."""
         for plan in self._plans.values():
             for auv in plan.learn(self.downlink.decoded, time):
                 if plan.number > self.auvs[auv].round:
@@ -337,7 +340,7 @@ class Dissemination:
         self.auvs[auv].learn(plan, turn, slot or 0)
 
     def _reckon(self, auv: int, rounds: int) -> None:
-        """Expect the turn of an AUV in the round so many after the last that it was told of."""
+        """Schedule an AUV's turn in the round so many after the last that was announced to it."""
         knowledge = self.auvs[auv]
         if knowledge.turn_s is None:
             return
@@ -357,7 +360,7 @@ class Dissemination:
     def _turn(
         self, auv: int, informed: int, rounds: int, instant: float, _: simpy.Event | None = None
     ) -> None:
-        """Let an AUV have the turn that it has reckoned, unless it was told of a later round."""
+        """Let an AUV have the turn that it has reckoned, unless it knows a later round by now."""
         self._hear(instant)
         knowledge = self.auvs[auv]
         if knowledge.round != informed:
@@ -370,7 +373,7 @@ class Dissemination:
         self._reckon(auv, rounds + 1)
 
     def _plan_at(self, instant: float) -> AnnouncedRound:
-        """Return the plan of the round under way; of one that begins just now, that."""
+        """Return the plan of the round under way; if the next begins just now, of that."""
         following = self._plans.get(self._under_way + 1)
         if following is None or following.starts_s > instant + SAME:
             return self._plans[self._under_way]

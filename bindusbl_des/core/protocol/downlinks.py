@@ -1,4 +1,4 @@
-"""When which fixes travel: the downlinks, each written as the timeline of one round.
+"""The downlinks: each decides when which fixes travel, written as the timeline of one round.
 
 All return the instant at which the next round may start.
 """
@@ -91,9 +91,9 @@ class DirectReply(Settings):
 def direct_reply(
     network: Network, turn: Turn, time: float, *, settings: DirectReply | None = None
 ) -> Steps:
-    """All groups ping; the ASV that hears a ping first answers it at once (conventional USBL).
+    """All groups ping; the ASV that first hears a ping answers it at once (conventional USBL).
 
-    The answers are :class:`.frames.Replies`, which go by the settings.
+    :class:`.frames.Replies` sends the answers, by the settings.
     """
     from .tdma import ping_group
 

@@ -1,12 +1,12 @@
-"""Frames of AUVs on MF: they forward frames of fixes, and acknowledge what they have decoded.
+"""Frames of AUVs on MF: they forward frames of fixes, and acknowledge the fixes that they have.
 
 A frame of an AUV is a sound at every other vehicle, beside those of ASVs, on the same sea
-(:mod:`..acoustics.sounds`): it is lost, overlapped and not heard by who sends as any frame is.
+(:mod:`..acoustics.sounds`): it is lost or drowned, and deafens its sender, as any frame.
 
-Who has decoded a frame counts from then on, by no clock.  Behind a broadcast there is a turn for
-each AUV that relays, hop by hop, and then one for each AUV that has a fix in it, to acknowledge
-that; how long they are, :class:`.slots.Behind` says.  Copies of a fix that come later change
-nothing; each is acknowledged.
+An AUV that has decoded a frame counts turns from then on, by no clock.  After a broadcast there is
+a turn for each AUV that relays, hop by hop, and then one for each AUV that has a fix in it, to
+acknowledge that; :class:`.slots.Behind` has their lengths.  Later copies of a fix change nothing;
+each is acknowledged.
 """
 
 from collections import Counter
@@ -44,10 +44,10 @@ NOTHING = np.empty(0, dtype=np.int64)
 
 
 class Following(NamedTuple):
-    """What follows a broadcast: when its last frame ends (s), of how many frames it is, how long
-    (s) a turn to forward one is; the longest time (s) in which one is handed over; how long (s) is
-    waited before the first turn; and for each AUV that has fixes in it when its turn to acknowledge
-    them begins (s), counted from the first.
+    """What follows a broadcast: the end of its last frame (s); its number of frames (`parts`); the
+    length of a turn to forward one, and the longest delay of a modem; the pause before the first
+    turn; and, for each AUV that has fixes in it, when its turn to acknowledge begins, counted from
+    the first turn.  All in s.
     """
 
     ends_at_s: float
@@ -59,8 +59,8 @@ class Following(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """A frame of an ASV, by its row of broadcasts: its fixes, rows of the record, its message,
-    which part of its broadcast it is, when it ends (s), and what follows.
+    """A frame of an ASV: its number in broadcasts, its fixes (rows of the record), its message, its
+    part of the broadcast, its end (s), and what follows.
     """
 
     number: int
@@ -72,18 +72,18 @@ class Sent(NamedTuple):
 
 
 class Exchange(MfDownlink):
-    """The MF band where AUVs send, too; fixes come by the first copy that an AUV decodes.
+    """The MF band where AUVs send, too; an AUV has a fix by the first copy that it decodes.
 
-    Nothing is known before it has happened: each frame at an AUV that may take it is decided as it
-    ends there.
+    Each frame is decided as it ends at an AUV that needs it; nothing is known before.
     """
 
     def __init__(
         self, *given: Any, behind: Behind | None, acknowledged: Acknowledged | None, by_ping: bool,
         asked: set[int], streams: Streams, **named: Any,
     ) -> None:  # fmt: skip
-        """Take what :class:`MfDownlink` does; what AUVs send `behind` a broadcast, what is
-        `acknowledged`, by pings or by frames; AUVs that are `asked` to forward frames, by number.
+        """Take the arguments of :class:`MfDownlink`; what AUVs send `behind` a broadcast; the store
+        of `acknowledged` fixes, which pings (`by_ping`) or frames report; and the AUVs `asked` to
+        forward frames, by number.
         """
         super().__init__(*given, streams=streams, **named)
         self._behind, self.acknowledged, self._relays = behind, acknowledged, sorted(asked)
@@ -91,23 +91,23 @@ class Exchange(MfDownlink):
             acknowledged.update = self._hear_pings
         fleets = self._auvs, self._asvs
         self._listeners, count = len(self._auvs) + len(self._asvs), len(self._auvs)
-        #: Where AUVs hear no call while they send frames, if they have one transducer.
+        #: The sounds of HF, where AUVs hear no call while they send frames; else None.
         self.deafens_auvs: Sounds | None = None
         self._keys = [luck_keys(streams, Purpose.AUV_FRAME, (auv,), fleets) for auv in range(count)]
-        self._follows: dict[int, Following] = {}  # the last broadcast of each ASV
+        self._follows: dict[int, Following] = {}  # by ASV: after its last broadcast
         self._sent_by = Counter[int]()  # frames of each AUV
-        self._decoded = dict[tuple[int, int], float]()  # frames, by AUVs: since when
-        self._came = dict[int, tuple[int, int, int]]()  # fixes: hops, who forwarded them, frame
+        self._decoded = dict[tuple[int, int], float]()  # by frame and AUV: since when (s)
+        self._came = dict[int, tuple[int, int, int]]()  # by fix: hops, last relay, frame
         self._repeats, self._duplicates = Counter[int](), Counter[int]()
-        self._owed: list[list[tuple[float, int]]] = [[] for _ in range(count)]  # by pings
-        self._pings_seen = 0  # before this one all are decided, but for those that are undecided
+        self._owed: list[list[tuple[float, int]]] = [[] for _ in range(count)]  # by AUV: since, fix
+        self._pings_seen = 0  # pings before this one are decided or in `_undecided`
         self._undecided: list[int] = []
 
-    # What ASVs send
+    # Frames of ASVs
 
     def follow(self, asv: int, time: float, messages: Sequence[Message], fixes: Ints) -> float:
-        """Have AUVs send behind a broadcast that an ASV begins at an instant (s), of these messages
-        and fixes; return how long (s) that takes.
+        """Schedule what AUVs send after a broadcast of some messages and fixes that an ASV begins
+        at an instant (s); return how long (s) that takes.
         """
         behind = self._behind
         assert behind is not None
@@ -135,8 +135,8 @@ class Exchange(MfDownlink):
         part: int = 0,
         told: Ints | None = None,
     ) -> None:
-        """Send fixes of a round in a frame that starts at `time` (s): for the first time, or once
-        more.  Nothing is told beforehand.
+        """Send fixes of a round in a frame that starts at `time` (s), for the first time or again;
+        their arrivals are not written yet.
         """
         number, fixes = len(self._first), self._fixes.array
         for row in rows:
@@ -154,7 +154,7 @@ class Exchange(MfDownlink):
             self._when_over(self._first[number] + auv, partial(self._frame_is_over, sent, auv))
 
     def _waiting(self, sent: Sent) -> list[int]:
-        """Return the AUVs that a frame matters to and that have not decoded it."""
+        """Return the AUVs that need a frame and have not decoded it."""
         if not len(sent.fixes):
             return []
         matters = {*self._fixes.array["auv"][sent.fixes].tolist(), *self._relays}
@@ -163,13 +163,13 @@ class Exchange(MfDownlink):
         return sorted(auv for auv in matters if (sent.number, auv) not in self._decoded)
 
     def _frame_is_over(self, sent: Sent, auv: int, row: int) -> None:
-        """See whether an AUV has decoded a frame of an ASV that has just ended there."""
+        """Deliver an ASV's frame that has just ended at an AUV, if the AUV has decoded it."""
         found = self._received(np.array([sent.number]), np.array([auv]), self._env.now + ROUNDING)
         if found[0]["outcome"] == HEARD:
             self._hand_over(row, sent.message.delay_s, partial(self._take, sent, auv, 0, -1, NONE))
 
     def _when_over(self, row: int, verb: Callable[[int], None]) -> None:
-        """Call a verb with a sound, a row, once it is over where it is heard, if it can be."""
+        """Call `verb` with a sound's row once that is over at its listener, unless out of range."""
         if self.sounds.array[row]["outcome"] == OUT_OF_RANGE:
             return
 
@@ -184,8 +184,8 @@ class Exchange(MfDownlink):
         moment(self._env, expected).callbacks.append(look)
 
     def _hand_over(self, row: int, delay_s: float, verb: Callable[[float, float], None]) -> None:
-        """Call a verb once a modem hands over a frame, a sound's row, so much later (s) than its
-        end: with that instant (s), exact and on the clock.
+        """Call `verb` when the modem delivers a frame, `delay_s` after the end of its sound `row`:
+        with that instant (s), exact and on the clock.
         """
         sound = self.sounds.array[row]
         sent_at = float(sound["sent_at_s"])
@@ -196,13 +196,13 @@ class Exchange(MfDownlink):
         else:
             verb(exact, on_clock)
 
-    # What AUVs have, and send
+    # Frames of AUVs
 
     def _take(
         self, sent: Sent, auv: int, hops: int, turn: int, by: int, time: float, on_clock: float
     ) -> None:
         """Let an AUV have a frame at an instant (s), exact and on the clock, that so many AUVs have
-        forwarded, the last of them, `by` its number, in a turn (both -1: it comes from its ASV).
+        forwarded, last the AUV `by` in its `turn` (NONE and -1: it comes from its ASV).
         """
         if (sent.number, auv) in self._decoded:
             return
@@ -229,7 +229,7 @@ class Exchange(MfDownlink):
             self._send_at(begins + later, partial(self._acknowledge, sent, auv, hops))
 
     def _send_at(self, time: float, verb: Callable[[float], None]) -> None:
-        """Have an AUV send at an instant (s)."""
+        """Let an AUV send at an instant (s): call `verb` with it."""
         moment(self._env, time).callbacks.append(lambda _: verb(max(time, self._env.now)))
 
     def _relay(self, sent: Sent, auv: int, hops: int, turn: int, time: float) -> None:
@@ -246,14 +246,14 @@ class Exchange(MfDownlink):
                 self._when_over(heard[listener], over)
 
     def _copy_is_over(self, sent: Sent, auv: int, hops: int, turn: int, by: int, row: int) -> None:
-        """See whether an AUV has decoded what another forwarded, as that has just ended there."""
+        """Deliver a forwarded frame that has just ended at an AUV, if the AUV has decoded it."""
         if self._became(row, self._env.now)[0] == HEARD:
             taken = partial(self._take, sent, auv, hops, turn, by)
             self._hand_over(row, sent.message.delay_s, taken)
 
     def _acknowledge(self, sent: Sent, auv: int, hops: int, time: float) -> None:
-        """Let an AUV acknowledge at an instant (s) all fixes that it has decoded since it last did;
-        a broadcast is acknowledged once.
+        """Let an AUV acknowledge at an instant (s) all fixes that it has decoded since its last
+        acknowledgement; each broadcast is acknowledged once.
         """
         owed, self._owed[auv] = self._owed[auv], []
         fixes = sorted({fix for _, fix in owed})
@@ -270,18 +270,18 @@ class Exchange(MfDownlink):
                 self._when_over(sound, partial(self._is_acknowledged, fixes, delay))
 
     def _is_acknowledged(self, fixes: list[int], delay_s: float, row: int) -> None:
-        """See whether an ASV has decoded an acknowledgement that has just ended there."""
+        """Deliver an acknowledgement that has just ended at an ASV, if the ASV has decoded it."""
         if self._became(row, self._env.now)[0] == HEARD:
             self._hand_over(row, delay_s, partial(self._know, fixes))
 
     def _know(self, fixes: list[int], time: float, _: float) -> None:
-        """Let the fleet know of fixes that their AUV has, from an instant (s) on."""
+        """Note that fixes are acknowledged from an instant (s) on."""
         assert self.acknowledged is not None
         for fix in fixes:
             self.acknowledged.note(fix, time)
 
     def _sound(self, row: AuvFrame) -> dict[int, int]:
-        """Put a frame of an AUV on the air; return the rows of its sounds, by who may hear it."""
+        """Send a frame of an AUV; return the rows of its sounds, by listener."""
         self._record.auv_frames.append(row)
         by, channel = self._spreading, self._band.channel
         if channel is not None:
@@ -294,16 +294,16 @@ class Exchange(MfDownlink):
         return {int(self.sounds.array[at]["listener"]): at for at in sent}
 
     def _became(self, row: int, time: float) -> tuple[int, int, int]:
-        """Return what has become of the sound of an AUV's frame by an instant (s), why, and by
-        what.
+        """Return the outcome of the sound of an AUV's frame at its listener by an instant (s), the
+        reason, and the number of the signal that overlapped it.
         """
         return self.sounds.received(row, time, self._band.capture)
 
-    # What was heard
+    # Outcomes
 
     def _hear_pings(self) -> None:
-        """Let the fleet know of fixes that pings tell of: each of those that its AUV has had since
-        its ping before.  What a ping would have told that is not heard, it is not told.
+        """Note the fixes that decided pings acknowledge: each ping reports those that its AUV has
+        had since its ping before, whether that was heard or not.
         """
         assert self.acknowledged is not None
         pings, receptions = self._record.pings.rows, self._record.receptions.rows
@@ -323,12 +323,12 @@ class Exchange(MfDownlink):
                     self.acknowledged.note(fix, float(passed))
 
     def deliver(self, time: float) -> None:
-        """Let AUVs have every fix that has reached them by an instant (s)."""
+        """Deliver every fix that has reached its AUV by an instant (s)."""
         Deliveries.deliver(self, time)
 
     def decoded(self, broadcast: int, time: float) -> NDArray[np.bool_]:
-        """Return which AUVs have decoded a broadcast, as :class:`MfDownlink` does, or what others
-        forwarded of it.
+        """Return which AUVs (n,) have decoded a broadcast or a forwarded copy of it by an instant
+        (s).
         """
         found = super().decoded(broadcast, time)
         for auv in range(len(self._auvs)):
@@ -336,8 +336,8 @@ class Exchange(MfDownlink):
         return found
 
     def close(self, time: float) -> None:
-        """Let AUVs have what has reached them by an instant (s), the mission's last; put on record
-        what became of fixes and frames.
+        """Deliver the fixes that have arrived by the mission's last instant (s); record the
+        outcomes of fixes and frames.
         """
         if self.acknowledged is not None:
             self.acknowledged.update()
@@ -355,7 +355,7 @@ class Exchange(MfDownlink):
         self._record.auv_frame_receptions = self._met(time)
 
     def _service(self, fix: int, outcome: int) -> FixService:
-        """Return how a fix came, with an outcome, and what is known of that."""
+        """Return the row on how a fix came, with its outcome, and on its acknowledgement."""
         known = {} if self.acknowledged is None else self.acknowledged.since_s
         hops, by, frame = self._came.get(fix, (None, NONE, None))
         if outcome != DELIVERED:
@@ -366,7 +366,7 @@ class Exchange(MfDownlink):
         )
 
     def _met(self, time: float) -> Rows:
-        """Return what has become of the frames of AUVs by an instant (s), the mission's last."""
+        """Return the outcomes of the frames of AUVs by the mission's last instant (s)."""
         sounds = self.sounds.array
         rows = np.flatnonzero(self.sounds.rows["kind"] == BY_AUV_FRAME)
         met = np.empty(len(rows), AUV_FRAME_RECEPTION)
@@ -380,8 +380,8 @@ class Exchange(MfDownlink):
 
 
 def _first_turn(sent: Sent, following: Following, turn: int, time: float) -> float:
-    """Return when (s) an AUV reckons that the first turn began, which has a frame since an instant
-    (s) that was sent in some turn.
+    """Return when (s) the first turn began, as reckoned by an AUV that has had a frame since `time`
+    (s) which was sent in a `turn` (-1: by its ASV).
     """
     late = following.delay_s - sent.message.delay_s
     if turn < 0:

@@ -270,9 +270,7 @@ class MfDownlink(Deliveries):
         table.array, table.count = received, len(received)
 
     def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
-        """Return the outcomes of frames at AUVs, (n,) each, by an instant (s),
-        :data:`FRAME_RECEPTION` (n,).
-        """
+        """Return the outcomes of frames at AUVs, (n,) each, by an instant (s), (n,)."""
         self._auvs.advance(time)
         self._asvs.advance(time)
         received = np.empty(len(frames), FRAME_RECEPTION)
@@ -287,9 +285,7 @@ class MfDownlink(Deliveries):
     def _leave(
         self, rows: Ints, asv: int, frame: tuple[float, float, float], _: simpy.Event
     ) -> None:
-        """Wait for the end of a frame (its start, airtime and delay, s) at AUVs that move as it is
-        sent.
-        """
+        """Wait for a frame (start, airtime, delay, s) to end at AUVs that move meanwhile."""
         ends = frame[0] + frame[1]
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
@@ -315,9 +311,7 @@ class MfDownlink(Deliveries):
     def _arrive(
         self, fix: int, asv: int, frame: tuple[float, float, float], late: float, _: simpy.Event
     ) -> None:
-        """Work out the exact arrival of a frame that is near: the AUV's motion was not known
-        before.
-        """
+        """Work out the arrival of a frame that is near; the AUV's motion was unknown before."""
         time, airtime, delay = frame
         travel = self._travel(asv, fix, time + airtime, late)
         self._expect(fix, self._clock.after(time, airtime + travel + delay))

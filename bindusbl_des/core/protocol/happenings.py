@@ -163,9 +163,7 @@ LEVELS = (
 
 
 class Happenings:
-    """All watches of a mission.  With passive ranging an AUV has its fix as soon as it hears a
-    ping.
-    """
+    """All watches of a mission.  With passive ranging an AUV has a fix once it hears a ping."""
 
     def __init__(
         self, env: simpy.Environment, record: Recorder, uplink: HfBand, outcomes: Outcomes,
@@ -180,8 +178,7 @@ class Happenings:
         self._expected: set[tuple[str, int]] = set()  # kinds and rows that have their event
 
     def watch(self, kinds: Iterable[str], which: dict[str, Any], since: float) -> Watch:
-        """Return a watch of happenings later than `since` (s), an instant up to which all has
-        happened.
+        """Return a watch of happenings later than an instant (s), up to which all has happened.
 
         `which` are values that columns of their rows must have.
 

@@ -1,4 +1,4 @@
-"""The network of a mission: bands, who decides what on them, and what the surface fleet knows."""
+"""The network of a mission: both bands, what decides outcomes on them, and what the fleet knows."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -37,19 +37,19 @@ if TYPE_CHECKING:
 
 Steps = Generator[simpy.Event, None, float]
 
-# What an ASV sends of a broadcast: its number, and which of the k fixes
+# An ASV's share of a broadcast: its number, and the indices of its fixes among the k
 Share = tuple[int, Ints]
 
-# Fixes by their rows of the record: those that wait follow each other.
+# Fixes by their rows in the record; fixes that wait are a range.
 Fixes = range | Ints
 
 
 class BroadcastView:
     """What the surface fleet knows when it broadcasts k fixes; k may be 0.
 
-    `number` counts the broadcasts of the mission, `time` (s) is when this one begins, `count` is
-    how many ASVs there are, and `random` a stream of the broadcaster's own.  `reached` tells whom
-    it believes within MF range of whom.
+    `number` counts the broadcasts of the mission, this one begins at `time` (s), there are `count`
+    ASVs, and `random` is the broadcaster's own random stream.  `reached` tells which AUVs the fleet
+    believes within MF range of which ASVs.
     """
 
     def __init__(
@@ -63,30 +63,30 @@ class BroadcastView:
         reached: Callable[[float], Flags],
         acknowledged: Acknowledged | None = None,
     ) -> None:
-        """Take the fixes, `rows` of the record; what AUVs have `acknowledged`, if they do."""
+        """`rows` are fixes of the record; `acknowledged` None: AUVs acknowledge none."""
         self._acknowledged = acknowledged
         self.number, self.time, self.count, self.random = number, time, len(fleet.vehicles), random
         self._record, self._rows, self._fleet, self._reached = record, rows, fleet, reached
 
     @cached_property
     def fixes(self) -> Floats:
-        """Where the fixes say that the AUVs were (m), shape (k, 3)."""
+        """Positions of the AUVs by the fixes (m), shape (k, 3)."""
         fixes = rows_of(self._record, self._rows)
         return np.column_stack((fixes["x_m"], fixes["y_m"], fixes["z_m"]))
 
     @cached_property
     def asvs(self) -> Floats:
-        """Where the m ASVs are (m), shape (m, 3)."""
+        """Positions of the m ASVs (m), shape (m, 3)."""
         return places(self._fleet.motion, self.time)[:, :3]
 
     @property
     def failed(self) -> tuple[int, ...]:
-        """The ASVs that have failed; one of the others broadcasts."""
+        """The ASVs that have failed and cannot broadcast."""
         return self._fleet.failed(self.time)
 
     @cached_property
     def heard(self) -> Flags:
-        """Whose measurements were fused for each fix, shape (k, m)."""
+        """Which ASVs' measurements were fused for each fix, shape (k, m)."""
         return hearers(self._record, self._rows, self.count)
 
     @cached_property
@@ -96,8 +96,8 @@ class BroadcastView:
 
     @property
     def acknowledged_at_s(self) -> Floats:
-        """Since when (s) the fleet knows of each AUV's newest fix that it knows to be delivered,
-        (n,), NaN before the first.
+        """Since when (s) the fleet has known that each AUV has its newest acknowledged fix, (n,);
+        NaN before the first.
 
         Raises:
             LookupError: where AUVs do not acknowledge (`protocol.acknowledge`).
@@ -106,7 +106,7 @@ class BroadcastView:
 
 
 def rows_of(record: Recorder, rows: Fixes) -> Rows:
-    """Return some fixes of a record."""
+    """Return fixes of a record by their rows."""
     if isinstance(rows, range):
         return record.fixes.array[rows.start : rows.stop]
     chosen: Rows = record.fixes.array[rows]
@@ -114,7 +114,7 @@ def rows_of(record: Recorder, rows: Fixes) -> Rows:
 
 
 def hearers(record: Recorder, rows: Fixes, asvs: int) -> Flags:
-    """Return whose measurements were fused for each of some fixes of a record, (k, `asvs`)."""
+    """Return which ASVs' measurements were fused for each of some fixes, (k, `asvs`)."""
     fused = np.zeros((len(rows), asvs), dtype=np.bool_)
     if len(rows):
         fixes = rows_of(record, rows)
@@ -130,15 +130,15 @@ def hearers(record: Recorder, rows: Fixes, asvs: int) -> Flags:
     return fused
 
 
-#: Which ASV sends all, or slot after slot which ASVs share it.
+#: Returns the ASV that sends all fixes, or slot after slot the shares of several ASVs.
 Broadcaster = Callable[[BroadcastView], int | list[list[Share]]]
 
 
 @dataclass(slots=True)
 class Turn:
-    """A round under way: its row in the record; its ping groups, one for each slot, and how long
-    (s) each of these lasts, T_UL unless the schedule has said how long; and what the fleet knew
-    when it began.
+    """A round under way: its row in the record; its ping groups, one for each slot, and the lengths
+    of the slots (s), T_UL unless the schedule says otherwise; and what the fleet knew when it
+    began.
     """
 
     row: Round
@@ -152,7 +152,7 @@ Downlink = Callable[["Network", Turn, float], Steps]
 
 @dataclass
 class HfNetwork:
-    """What pings run on, whoever sends them: slots, the HF band and how fixes come to AUVs."""
+    """What pings of AUVs or ASVs run on: slots, the HF band, and deliveries of fixes."""
 
     env: simpy.Environment
     slots: Slots
@@ -167,40 +167,40 @@ class HfNetwork:
         self.watching = Happenings(
             self.env, self.record, self.uplink, self.outcomes, self.deliveries
         )
-        #: The modems of vehicles that hosts speak with, by their vehicles' names.
+        #: Modems that outside hosts control, by the names of their vehicles.
         self.modems: Mapping[str, Modem] = {}
 
     def happening(self, kind: str, **which: Any) -> simpy.Event:
         """Return the event of the next happening of a kind, at its exact instant.
 
-        Its value is that :class:`.happenings.Happening`, which says of what kinds there are.
-        `which` are values that columns of its row must have: ``happening("delivery", auv=1)``.
+        Its value is a :class:`.happenings.Happening`, which lists the kinds.  `which` are values
+        that columns of its row must have: ``happening("delivery", auv=1)``.
 
         Raises:
-            ValueError: for a kind or column that there is not, or a value that it never has.
+            ValueError: for an unknown kind or column, or a value that the column never has.
         """
         return self.watching.next(kind, which, self.env.now)
 
     def happenings(self, *kinds: str, **which: Any) -> Watch:
         """Return all happenings of some kinds from now on, one after the other by its `next()`.
 
-        For who needs each: of two at one instant :meth:`happening` tells the first alone.
+        Of two at one instant :meth:`happening` returns the first alone.
         """
         return self.watching.watch(kinds, which, self.env.now)
 
 
 @dataclass
 class Network(HfNetwork):
-    """What the protocol runs on: slots and bands, who decides what, and what the fleet knows.
+    """What the protocol runs on: slots and bands, the parts that decide, and what the fleet knows.
 
-    `downlink` says when which fixes travel, by `deliveries`; rounds start every `frame_s`, or as
-    soon as they can if it is 0; all later by what they have `paused` (s), while no ASV worked.
-    The fleet goes by the predicted `positions` of AUVs.  What it expects of their `estimates`
-    schedules may ask; slots that end with `answers` wait for these.
-    `dissemination` is how AUVs come to know their slots; without it all know them at once.
-    Fixes wait for a broadcast, unless `replies` answer each ping by itself.  Where AUVs acknowledge
-    or relay frames, or fixes are repeated, `deliveries` are that `exchange`, and the fleet knows
-    what they have `acknowledged`.  AUVs may have `data` to send behind their pings.
+    `downlink` decides when which fixes travel, by `deliveries`; rounds start every `frame_s` (s),
+    or as soon as they can if it is 0, and later by `paused` (s), the time in which no ASV worked.
+    The fleet schedules by the predicted `positions` of AUVs, and schedules may ask what it expects
+    of their `estimates`.  Slots of polling end with the `answers`.  `dissemination` announces slots
+    to AUVs; without it all know them at once.  Fixes wait for a broadcast, unless `replies` answer
+    each ping by itself.  Where AUVs acknowledge or relay frames, or fixes are repeated,
+    `deliveries` are the `exchange`, and the fleet knows which fixes were `acknowledged`.  AUVs may
+    have `data` to send after their pings.
     """
 
     deliveries: MfDownlink
@@ -220,13 +220,13 @@ class Network(HfNetwork):
     replies: Replies | None = None
     downlink_free_at: float = 0.0
     paused: float = 0.0
-    air: "SharedAir | None" = None  # where AUVs run programs of their own
+    air: "SharedAir | None" = None  # where vehicles run access programs
     exchange: Exchange | None = None
     acknowledged: Acknowledged | None = None
     repeating: Repeating | None = None
     data: Data | None = None
-    broadcasts: int = field(default=0, init=False)  # so far
-    fixes_taken: int = field(default=0, init=False)  # fixes before this one wait no more
+    broadcasts: int = field(default=0, init=False)  # number so far
+    fixes_taken: int = field(default=0, init=False)  # fixes before this one do not wait any more
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -234,13 +234,13 @@ class Network(HfNetwork):
             self.uplink.answered_by = self.replies.expect
 
     def opens(self, round_number: int) -> float:
-        """Return the earliest instant (s) at which a round may begin: that of its frame."""
+        """Return the earliest start (s) of a round: that of its time frame."""
         return self.slots.clock.after(0.0, round_number * self.frame_s + self.paused)
 
     def view(self, round_number: int, time: float) -> View:
         """Return what the fleet knows when it schedules a round."""
         if self.positions.follow_fixes or self.exchange is not None:
-            self.outcomes.resolve_passed(time)  # by pings AUVs may acknowledge fixes, too
+            self.outcomes.resolve_passed(time)  # pings may acknowledge fixes, too
         auvs, asvs, heard = self.positions.seen(time)
         band = self.uplink.band
         return View(
@@ -255,11 +255,11 @@ class Network(HfNetwork):
         return self.positions.within(self.mf_range, self.mf_slant, time)
 
     def has_fix(self, time: float) -> bool:
-        """Tell whether a fix waits, of pings that have been heard by an instant (s)."""
+        """Return whether a fix waits, of pings decided by an instant (s)."""
         return self.outcomes.resolve_passed(time).stop > self.fixes_taken
 
     def behind_s(self, asv: int, time: float, messages: Sequence[Message], fixes: Ints) -> float:
-        """Return how long (s) AUVs send behind a broadcast of these messages, which carry fixes,
+        """Return how long (s) AUVs send after a broadcast of some messages, which carry `fixes`,
         rows of the record, and begin at an instant (s).
         """
         assert self.exchange is not None
@@ -267,9 +267,9 @@ class Network(HfNetwork):
 
     def take_fixes(self, time: float) -> Fixes:
         """Return the fixes that wait, the oldest first, as many as one broadcast carries; then
-        those that are to be repeated, as far as there is room for them.
+        fixes to be repeated, as far as they fit.
 
-        Pings that have passed all ASVs by now are decided and measured here.
+        Pings that have passed all ASVs by an instant (s) are decided and measured here.
         """
         first, end = self.fixes_taken, self.outcomes.resolve_passed(time).stop
         messages = self.slots.messages
@@ -282,7 +282,7 @@ class Network(HfNetwork):
         return self.repeating.with_due(range(first, end), room)
 
     def close(self, time: float) -> None:
-        """Settle what is under way as the mission ends at an instant (s)."""
+        """Decide what is in flight as the mission ends at an instant (s)."""
         before_the_end = nextafter(time, 0.0)
         self.uplink.answered_by = self.dissemination = None  # no ping is answered any more
         self.outcomes.resolve_passed(before_the_end)  # heard, but not broadcast any more
@@ -302,5 +302,5 @@ class PassiveNetwork(HfNetwork):
     deliveries: OwnFixes
 
     def close(self, time: float) -> None:
-        """Settle what is under way as the mission ends at an instant (s)."""
+        """Decide what is in flight as the mission ends at an instant (s)."""
         self.deliveries.settle(nextafter(time, 0.0))

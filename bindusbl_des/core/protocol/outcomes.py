@@ -51,8 +51,7 @@ class Measuring:
     ) -> None:
         """Measure pings between so many AUVs and ASVs, and write fixes to a record.
 
-        `slow` numbers as of :func:`..usbl.slow_errors.slow_numbers`; `range_rates` None: none are
-        measured.
+        `slow` as of :func:`..usbl.slow_errors.slow_numbers`; `range_rates` None: none are measured.
         """
         self.range_rates = range_rates
         self._record, self._errors, outliers = record, None, 0
@@ -170,9 +169,7 @@ class Outcomes:
         return None if self._band.echoes is None else self._band.echoes.rows
 
     def resolve_passed(self, time: float) -> range:
-        """Decide each ping that has passed all listeners by an instant (s); return the new
-        fixes.
-        """
+        """Decide pings that have passed all listeners by an instant (s); return new fixes."""
         fixes = self._record.fixes
         first = fixes.count
         self.update_arrivals(time)
@@ -185,8 +182,7 @@ class Outcomes:
     def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
         """Decide pings from `ping` on that have passed by an instant (s), or the reception `only`.
 
-        Return the first ping that is not decided, and the AUV and ASV whose noise is used up, or
-        NONE.
+        Return the first undecided ping, and the AUV and ASV whose noise is used up, or NONE.
         """
         pings, receptions, fixes = self._record.pings, self._record.receptions, self._record.fixes
         count, measuring = fixes.count, self._measuring
@@ -208,9 +204,7 @@ class Outcomes:
         return undecided, auv, asv
 
     def _note_rates(self, rates: RangeRates, ping: int, only: int) -> None:
-        """Measure range rates of the receptions of all pings from `ping` on, or of the reception
-        `only`.
-        """
+        """Measure the range rates of all pings from `ping` on, or of the reception `only`."""
         pings, receptions = self._record.pings.rows, self._record.receptions.rows
         if only != NONE:
             rates.note(self._band.sounds, pings, receptions[only : only + 1])
@@ -253,9 +247,7 @@ class Outcomes:
         return self._record.fixes.count > count
 
     def update_arrivals(self, time: float) -> None:
-        """Correct the arrivals by an instant (s) at listeners whose motion was predicted or
-        unknown.
-        """
+        """Correct the arrivals by an instant (s) at listeners whose motion was not known ahead."""
         self._band.update_arrivals(time)
 
     def when_over(

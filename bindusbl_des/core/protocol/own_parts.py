@@ -1,4 +1,4 @@
-"""What user-defined schedules, downlinks and broadcasters answer is checked as they are asked."""
+"""Checks what user-defined schedules, downlinks and broadcasters return."""
 
 import math
 from collections.abc import Iterable
@@ -19,14 +19,14 @@ def checked_groups(part: OwnPart, view: View) -> Groups:
     """Return the ping groups of a round of a user-defined schedule.
 
     Raises:
-        PluginError: when it raises anything, or what it returns is no round.
+        PluginError: when it raises anything, or returns no valid round.
     """
     when, auvs = f" in round {view.round}", len(view.auvs)
     seen = replace(
         view, auvs=view.auvs.copy(), asvs=view.asvs.copy(), heard=view.heard.copy()
-    )  # its own to change: calls and the record go by what the fleet knows
+    )  # copies, which it may change: calls and the record go by what the fleet knows
     groups = part(seen, when=when)
-    # Lists may be made as they are read, so they are read as it is asked.
+    # Groups may be generators, so errors raised as they are read are the part's, too.
     plain = part.ask(_as_lists, groups, when=when)
     if plain is None:
         needed = "a round is a list of groups, each a list of whole AUV numbers"
@@ -53,7 +53,7 @@ def _is_time(length: Any) -> bool:
     return is_number and isfinite(length) and length > 0.0
 
 
-# So many groups of a round, or AUVs of a group, are read: a generator may have no end.
+# Most groups of a round, or AUVs of a group, that are read: a generator may have no end.
 MOST_READ = 100_000
 
 
@@ -70,7 +70,7 @@ def _first(parts: Iterable[Any]) -> list[Any]:
 
 
 def _as_lists(groups: Any) -> list[list[int]] | None:
-    """Return ping groups as lists of int; None for what is none, such as [[0.7]] or [[True]]."""
+    """Return ping groups as lists of int; None if they are not, such as [[0.7]] or [[True]]."""
     if not isinstance(groups, Iterable):
         return None
     lists: list[list[Any]] = [
@@ -81,18 +81,18 @@ def _as_lists(groups: Any) -> list[list[int]] | None:
     return [[int(auv) for auv in group] for group in lists]
 
 
-# Sound goes a metre in such a time (s): shorter rounds of a user-defined downlink would never end.
+# Shortest round (s) of a user-defined downlink, so that time goes on: sound travels 1.5 m in it.
 SHORTEST_S = 1e-3
 
 
 def checked_round(part: OwnPart, network: Network, turn: Turn, time: float) -> Steps:
-    """Go through a round of a user-defined downlink from an instant (s); return that at which the
-    next begins.  It has the queue of fixes, unless it declares that each ping is answered by itself
+    """Run a round of a user-defined downlink from an instant (s); return when (s) the next begins.
+    The downlink sends the fixes that wait, unless it declares that each ping is answered by itself
     (`replies`).
 
     Raises:
-        PluginError: when it raises anything, yields what is no event, or returns what is no
-            instant after this one.
+        PluginError: when it raises anything, yields what is no event, or returns no instant after
+            this one.
     """
     when = f" in round {turn.row.round}"
     steps = part(network, turn, time, when=when)
@@ -111,7 +111,7 @@ def checked_round(part: OwnPart, network: Network, turn: Turn, time: float) -> S
 
 
 def _instant(answer: Any) -> float | None:
-    """Return an answer as a finite instant (s); None for what is none."""
+    """Return an answer as a finite instant (s), or None if it is not one."""
     if not isinstance(answer, Real) or isinstance(answer, bool):
         return None
     try:
@@ -124,7 +124,7 @@ def checked_choice(part: OwnPart, view: BroadcastView) -> int:
     """Return the number of the ASV that a user-defined broadcaster has chosen.
 
     Raises:
-        PluginError: when it raises anything, or what it returns is no number of an ASV.
+        PluginError: when it raises anything, or returns no number of an ASV that works.
     """
     when = f" in broadcast {view.number}"
     asv = part(view, when=when)

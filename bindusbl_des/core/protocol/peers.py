@@ -1,17 +1,17 @@
-"""AUVs that range each other: who sends when, who answers, what is measured of it.
+"""AUVs that range each other: which AUV sends when, which answer, and what they measure.
 
 Every `every_s` each AUV has a turn, one after the other, on the HF band beside all pings, with what
 that costs there (:mod:`.access.air`): airtime, collisions, deafness, energy.
 
-owtt    its message says when it was sent and where it believed to be; who decodes that has a range
-        by both clocks, how late these are included
-twtt    it asks, and all that decode it answer in their turns, with where they believe to be; half
-        of the way there and back is the range, which needs no clock
-angles  its message says how deep it is; who decodes that sees by an array from where it came, which
-        needs no clock, and how steep it came and both depths say how far off that is
+owtt    the message has the instant of sending and the sender's estimate; an AUV that decodes it
+        gets a range by both clocks, with their errors
+twtt    the AUV asks, and all that decode this answer in their turns, with their estimates; half
+        the round trip is the range, which needs no clock
+angles  the message has the sender's depth; an AUV that decodes it measures its direction by an
+        array, which needs no clock; elevation angle and both depths give the distance
 
-With an array each measures from which direction a message came as well, by the array, attitude
-and errors of `usbl`.  What comes of it is the navigator's affair (:mod:`..navigation.team`).
+With an array each AUV also measures the direction of other messages, by the array, attitude and
+errors of `usbl`.  The navigator makes use of it (:mod:`..navigation.team`).
 """
 
 from collections.abc import Callable
@@ -35,17 +35,18 @@ from .access.air import SharedAir
 from .access.node import HeardSignal, Node, Steps
 from .deliveries import Deliveries
 
-# Kinds of signals: what an AUV tells all others, asks them, and answers one of them.
+# Kinds of signals: an AUV's message to all others, its question to them, an answer to one of them.
 TELLS, ASKS, ANSWERS = "peer", "peer_query", "peer_answer"
 
-# Bytes of a question, and how long (s) it takes to answer it.
+# Bytes of a question, and the time (s) between its end and the first answer.
 QUESTION_BYTES, TURNAROUND_S = 4, 0.02
 
 
 class PeerSensors(NamedTuple):
-    """What AUVs measure each other with: a USBL without GNSS, an array or none; how late (s) the
-    clock of each is at first and each second (n, 2); by how much its array is turned (n,), rad; and
-    what its pressure sensor says at an instant, of an AUV (m), with its standard deviation.
+    """What AUVs measure each other with: a USBL without GNSS, with an array or none; how late (s)
+    each clock is at first and per second, (n, 2); the misalignment of each array (n,), rad; and a
+    function that returns an AUV's measured depth (m) at an instant (s), with its standard
+    deviation.
     """
 
     usbl: Usbl
@@ -57,7 +58,7 @@ class PeerSensors(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """A direction as it was measured: from x towards y and down (rad), and how sure that is."""
+    """A measured bearing, from x towards y, and angle downwards, with standard deviations (rad)."""
 
     bearing: float
     bearing_sd: float
@@ -67,9 +68,9 @@ class Direction(NamedTuple):
 
 @dataclass(frozen=True)
 class PeerMessage:
-    """What one AUV says to others: what it believes, and how deep it takes itself to be (m).  Of an
-    answer also when its question was sent and had come (s), and how far (m) the AUV has gone by its
-    own dead reckoning since.
+    """The content of a message to other AUVs: the sender's estimate and measured depth (m).  An
+    answer also has when its question was sent and arrived (s), and how far (m) the sender has gone
+    by its own dead reckoning since, (2,).
     """
 
     told: Told
@@ -81,7 +82,7 @@ class PeerMessage:
 
 @dataclass
 class Peers:
-    """The AUVs of a fleet as they hear each other."""
+    """The AUVs of a fleet as they range each other."""
 
     air: SharedAir
     fleet: VehicleFleet
@@ -93,7 +94,7 @@ class Peers:
     kind: PeerTraits
     every_s: float
     message_bytes: int
-    longest_s: float  # how long a signal is under way to who decodes it
+    longest_s: float  # longest travel time (s) of a signal that can be decoded
 
     def __post_init__(self) -> None:
         self._chance = {
@@ -104,7 +105,7 @@ class Peers:
         }
 
     def begin(self, nodes: list[Node]) -> None:
-        """Let all AUVs speak and listen from now on."""
+        """Start the processes by which AUVs send and listen."""
         for node in nodes:
             self.air.env.process(self._speak(node))
             self.air.env.process(self._listen(node))
@@ -143,7 +144,7 @@ class Peers:
                 self._meet(node, heard, said, 0.5 * (there + back))
 
     def _answer(self, node: Node, heard: HeardSignal) -> Steps:
-        """Answer a question, after those of lower numbers."""
+        """Answer a question, after the answers of AUVs with lower numbers."""
         asker = self.air.names.index(heard.sender)
         others = node.number - (node.number > asker)
         slot = node.lasts_s(self.message_bytes) + self.longest_s
@@ -160,7 +161,7 @@ class Peers:
         return np.array((dr.x, dr.y))
 
     def _meet(self, node: Node, heard: HeardSignal, said: PeerMessage, took: float) -> None:
-        """Let a navigator have what its AUV has measured of a message, which took so long (s)."""
+        """Hand a measurement of a message that `took` (s) to the AUV's navigator; record it."""
         auv, sender, now = node.number, self.air.names.index(heard.sender), node.clock
         self.fleet.advance(now)
         self.deliveries.settle(now)
@@ -198,8 +199,8 @@ class Peers:
         self, auv: int, sender: int, said: PeerMessage, came: float, took: float,
         chance: np.random.Generator,
     ) -> tuple[float, float]:  # fmt: skip
-        """Return the range (m) that an AUV measures by a signal that took so long (s), and its
-        standard deviation.
+        """Return the range (m) that an AUV measures by a signal that `took` (s), and its standard
+        deviation.
         """
         if not self.kind.ranges:
             return nan, nan
@@ -214,7 +215,7 @@ class Peers:
     def _direction(
         self, auv: int, sender: int, sent_at: float, came: float, chance: np.random.Generator
     ) -> "Direction":
-        """Return in which direction an AUV sees the sender of a signal."""
+        """Return the measured direction of a signal's sender."""
         here, there = self._true(auv, came), self._true(sender, sent_at)
         usbl = self.sensors.usbl
         took = float(np.linalg.norm(here[:3] - there[:3])) / usbl.sound_speed
@@ -238,5 +239,5 @@ class Peers:
 
 
 def _degrees(angle: float, lowest: float) -> float:
-    """Return an angle (rad) in degrees, from a lowest one on."""
+    """Return an angle (rad) in degrees, in [lowest, lowest + 360)."""
     return (float(np.degrees(angle)) - lowest) % 360.0 + lowest

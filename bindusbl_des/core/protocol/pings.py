@@ -78,8 +78,7 @@ class HfBand:
         bursts: Rows | None = None,
         doppler_limit: float | None = None,
     ) -> None:
-        """Build the band.  `channel` is the law of loss of the compiled disc, or another channel,
-        which is asked for each signal.
+        """Build the band.  `channel`: the disc's law of loss, or a channel that is asked.
 
         Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, if not
         None, and where the range changes faster than `doppler_limit` (m/s).
@@ -139,10 +138,10 @@ class HfBand:
     # Calls
 
     def call(self, group: Sequence[int], callers: Ints, time: float) -> Rows:
-        """Let the ASVs `callers` (n,) each call one AUV of a group (n) at an instant (s); an ASV
-        that calls several names them in one call.
+        """Let the ASVs `callers` (n,) each call one AUV of a group (n) at an instant (s), with one
+        call for all AUVs of an ASV.
 
-        Return the call of each AUV with its outcome (n,), :data:`CALLED`.
+        Return the calls with their outcomes (n,), :data:`CALLED`.
         """
         sounds, luck, auvs = self.sounds, self._luck, members(tuple(group))
         chances = [
@@ -324,9 +323,7 @@ class HfBand:
     def _echo(
         self, group: Sequence[int], first: int, receptions: Rows, echoes: EventBuffer
     ) -> None:
-        """Write the echoes of pings, `first` the first of them, beside their receptions, the last
-        on record.
-        """
+        """Write the echoes of pings from `first` on beside their receptions, the last on record."""
         assert isinstance(self._channel, EchoingSonar)
         pings, row = self._record.pings.rows, self._record.receptions.count - len(receptions)
         sent_at = float(pings["sent_at_s"][first])
@@ -413,8 +410,7 @@ def interrogate(
 
 @compiled
 def _call(caller: int, time: float, count: int, into: Spread, sea: Sea) -> int:
-    """Let an ASV call at an instant (s): write its sounds, and return how many sounds there are
-    then.
+    """Let an ASV call at an instant (s): write the sounds; return how many there are then.
 
     The call deafens its ASV and all ASVs within range of it, however strong pings are.
     """

@@ -1,9 +1,9 @@
-"""Where the surface fleet believes all vehicles to be, and so who is within reach of whom, with the
-margin that a scenario allows for (`protocol.conflict_margin_m`).
+"""The fleet's believed positions of all vehicles, and so which AUVs are within reach of which ASVs,
+with the margin of a scenario (`protocol.conflict_margin_m`).
 
-It knows where it launched the AUVs, what it has planned for them, and the fixes that it has made:
-AUVs are at their last fixes, or where these are carried forward to by what is planned.  Only where
-a scenario says so does it see where they are.
+The fleet knows where it launched the AUVs, what it has planned for them, and the fixes that it has
+made: it believes each AUV at its last fix, or where the plan has carried it from there.  It knows
+true positions only where a scenario says so.
 """
 
 import math
@@ -31,32 +31,32 @@ from .conflicts import Surveyed, VehiclePositions, hearing
 
 Spot = tuple[float, float]
 
-# A fix is sought on the tour where its AUV should be by now, give or take this share of the way
-# since the fix before, and this much more (m): turns and fix noise.  Wide enough for a vehicle that
-# a current delays, narrow enough that the next lap is not mistaken for this one.
+# The part of the tour that is searched for a fix: around the expected position, this share of the
+# distance since the fix before, and this much more (m) for turns and fix noise.  Wide enough for a
+# vehicle that a current delays, narrow enough not to mistake the next lap for this one.
 SHARE_OF_WAY, LEAST_REACH = 0.3, 10.0
 STEP_M, MOST_STEPS = 0.25, 4000
 
-# How far (m) a fix is beside the way of its AUV, about: noise, and how well it steers.
+# Typical distance (m) of a fix from the AUV's tour: noise, and steering errors
 BESIDE_M = 2.0
 
 
 class Course(Protocol):
-    """What is planned for one AUV, by which a fix of it is carried on."""
+    """What is planned for one AUV, and carries its fixes forward."""
 
     def fixed(self, time: float, place: Spot) -> None:
-        """Take in that the AUV was at a place (m) at an instant (s)."""
+        """Take in that the AUV was at a position (m) at an instant (s)."""
 
     def at(self, time: float) -> Spot:
-        """Return where (m) it should be at an instant (s) after its last fix."""
+        """Return the position (m) that is expected at an instant (s) after its last fix."""
 
 
 class Touring:
     """A course along a planned tour at the planned speed (m/s), from its start.
 
-    A fix tells how far along the tour the AUV is.  That it is beside it is left out: it is noise of
-    the fix, or an error that the AUV steers back from when it has the fix.  Where legs lie close to
-    each other, the one is taken on which it is most likely by now.
+    A fix gives the distance along the tour.  Its distance from the tour is left out: that is noise
+    of the fix, or an error that the AUV corrects once it has the fix.  Where legs lie close to each
+    other, the most likely one is taken.
     """
 
     def __init__(self, tour: Path, speed: float) -> None:
@@ -85,9 +85,9 @@ class Touring:
 
 
 class Shifted:
-    """A course of which the shape and times are known: a track to be repeated, or a place to hold.
+    """A course whose shape and times are known: a track to repeat, or a position to hold.
 
-    The last fix moves it as a whole.
+    The last fix shifts it as a whole.
     """
 
     def __init__(self, shape: Vehicle) -> None:
@@ -105,10 +105,10 @@ class Shifted:
 
 
 class LastFixes:
-    """A chart of raw fixes: each AUV where its last fix had it, at first where it was launched."""
+    """Believes each AUV at its last fix, at first where it was launched."""
 
     def __init__(self, launched: Floats) -> None:
-        """Take the places x, y, z (m) of the launch, shape (n, 3)."""
+        """Take the positions x, y, z (m) of the launch, shape (n, 3)."""
         self._places = launched
 
     def note(self, fixes: Rows) -> None:
@@ -117,12 +117,12 @@ class LastFixes:
             self._places[fix["auv"], :2] = fix["x_m"], fix["y_m"]
 
     def at(self, time: float) -> Floats:
-        """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
+        """Return the believed positions of the AUVs at an instant (s), shape (n, 3), m."""
         return self._places.copy()
 
 
 class CarriedForward:
-    """Fixes carried forward by what is planned: each AUV where it should be by now."""
+    """Believes each AUV where its plan has carried it since its last fix."""
 
     def __init__(self, launched: Floats, courses: Sequence[Course]) -> None:
         self._places, self._courses = launched, courses
@@ -134,7 +134,7 @@ class CarriedForward:
             self._courses[fix["auv"]].fixed(float(fix["pinged_at_s"]), place)
 
     def at(self, time: float) -> Floats:
-        """Return where the AUVs are believed to be at an instant (s), shape (n, 3), m."""
+        """Return the believed positions of the AUVs at an instant (s), shape (n, 3), m."""
         places = self._places.copy()
         places[:, :2] = [course.at(time) for course in self._courses]
         return places
@@ -144,7 +144,7 @@ Prediction = LastFixes | CarriedForward
 
 
 class PredictedPositions:
-    """Where the fleet believes its AUVs to be: where they are, or as predicted from their fixes."""
+    """The fleet's believed positions of its AUVs: the truth, or predicted from their fixes."""
 
     def __init__(
         self,
@@ -155,7 +155,7 @@ class PredictedPositions:
         prediction: Prediction | None,
         fixes: EventBuffer,
     ) -> None:
-        """An ASV hears AUVs within the reach of the HF band and a margin (m).
+        """An ASV hears AUVs within the reach of the HF band plus a margin (m).
 
         Without a `prediction` the fleet knows the truth.
         """
@@ -166,12 +166,12 @@ class PredictedPositions:
 
     @property
     def follow_fixes(self) -> bool:
-        """Whether fixes change where the fleet believes its AUVs to be."""
+        """Whether fixes change the believed positions."""
         return self._prediction is not None
 
     def seen(self, time: float) -> tuple[Floats, Floats, Flags]:
-        """Return where AUVs and ASVs are believed to be at an instant (s), (n, 3) and (m, 3) in m,
-        and which AUVs each ASV that works is believed to hear, (n, m).
+        """Return the believed positions of AUVs (n, 3) and ASVs (m, 3), m, at an instant (s), and
+        which AUVs each ASV that works is believed to hear, (n, m).
         """
         self._asvs.advance(time)
         if self._prediction is None:
@@ -188,16 +188,16 @@ class PredictedPositions:
         return auvs, asvs, heard
 
     def within(self, reach: float, slant: bool, time: float) -> Flags:
-        """Return which AUVs are believed within a reach (m) of each ASV, seen from above unless
-        `slant`, (n, m).
+        """Return which AUVs are believed within a reach (m) of each ASV, (n, m), horizontal unless
+        `slant`.
         """
         auvs, asvs, _ = self.seen(time)
         return hearing(auvs, asvs, reach, slant)
 
 
 def prediction_of(site: Site, launched: Floats) -> Prediction | None:
-    """Return how a fleet predicts the AUVs that it has launched at places (n, 3), m; None where it
-    knows the truth.
+    """Return how a fleet predicts the AUVs that it has launched at positions (n, 3), m; None where
+    it knows the truth.
     """
     match site.positions:
         case "last_fix":
@@ -227,13 +227,13 @@ def _unflown(site: Site) -> list[SegmentedTrajectory] | None:
 
 
 def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
-    """Return the AUVs of a scenario as they are planned for so long (s), AUV0 first.
+    """Return the planned motion of the AUVs of a scenario for `lasts` (s), AUV0 first.
 
-    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+    AUVs with dynamics are planned without, at their commanded speed.
 
     Raises:
         ValueError: when the route cannot be flown.
-        PluginError: when one's own is not allowed, or makes none.
+        PluginError: when a user-defined route is not allowed, or makes none.
     """
     unflown = _unflown(site)
     if unflown is not None:
@@ -244,7 +244,7 @@ def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
 
 
 def planned_speeds(site: Site, auvs: VehicleFleet) -> Floats:
-    """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
+    """Return the planned speed of each AUV (m/s), (n,); of a track the speed of its fastest leg."""
     speed = np.array(site.scenario.auvs.speeds)
     if site.scenario.auvs.route.is_held:
         speed[:] = 0.0

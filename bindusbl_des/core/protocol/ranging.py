@@ -28,8 +28,7 @@ from .view import View
 
 
 class OneWay:
-    """Synchronised clocks (owtt_sync): AUVs ping on time, and the one-way travel time gives the
-    range.
+    """Synchronised clocks (owtt_sync): AUVs ping on time, and the travel time gives the range.
 
     `late` (n): each AUV pings so much later (s) than the start of its slot; None: on time.
     """
@@ -63,8 +62,7 @@ class OneWay:
 
 
 class TwoWay:
-    """At the start of its slot each AUV is called by an ASV, and answers the call that it hears: no
-    clocks.
+    """At the start of its slot each AUV is called by an ASV, and answers that call: no clocks.
 
     The ASV that the fleet believes nearest calls, whether the AUV is within its range or not; an
     ASV that calls several AUVs names them in one call.  The AUV answers one turnaround after it has
@@ -93,7 +91,7 @@ class TwoWay:
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
-        """Call the AUVs of a group at the start of its slot; each answers once it has heard its
+        """Call the AUVs of a group at the start of its slot; each answers once it hears its
         call.
         """
         if self._answers is not None:
@@ -142,8 +140,7 @@ class TwoWay:
 
 
 class Slot:
-    """The slot of a ping group, for a user-defined ranging: its AUVs, what the fleet knows, its
-    verbs.
+    """The slot of a ping group, for a user-defined ranging: what the fleet knows, and verbs.
 
     `round` and `number` count rounds, and slots in a round; `group` are the AUVs; `view` is what
     the schedule knew; `random` is the ranging's own random stream.
@@ -163,9 +160,7 @@ class Slot:
         self._calls: set[tuple[int, bytes]] = set()  # AUVs that were called, and their calls' rows
 
     def ping(self, auvs: Sequence[int], time: float, called: Rows = NO_CALL) -> None:
-        """Let AUVs ping now, at an instant (s): by their own clocks, or one AUV by its call
-        (1,).
-        """
+        """Let AUVs ping now, at an instant (s): by their clocks, or one AUV by its call (1,)."""
         self._check(auvs, time)
         if called is not NO_CALL:
             self._check_call(auvs, called)

@@ -40,8 +40,7 @@ def uplink_slot(
     guard: float | None = None,
     shortest: float | None = None,
 ) -> float:
-    """Return the slot T_UL (s) that holds a ping, its travel time and its echoes (eq.  UL_slot);
-    all in s.
+    """Return the slot T_UL (s) for a ping, its travel time and its echoes (eq. UL_slot); all in s.
 
     `guard` and `shortest` are the paper's T_G = 0.5 t_C and T_UL,min = 2.5 t_C unless given.
 
@@ -108,7 +107,7 @@ class Behind:
     modem: Modem
 
     def relay_turn_s(self, longest_s: float) -> float:
-        """Return how long (s) the turn is in which an AUV forwards a frame of at most `longest_s`
+        """Return the length (s) of a turn in which an AUV forwards a frame of at most so long
         (s).
         """
         return longest_s + (self.hops + 1) * self.way_s

@@ -111,9 +111,7 @@ def check_now(env: simpy.Environment, time: float, wait: str) -> None:
 def some_work(
     env: simpy.Environment, asvs: VehicleFleet, clock: Clock, time: float
 ) -> Generator[simpy.Event, None, float]:
-    """Wait while all ASVs have failed, since none can begin a round; return the instant then
-    (s).
-    """
+    """Wait while all ASVs have failed; return the instant then (s)."""
     starts = asvs.works_from(time)
     if starts == math.inf:
         yield env.event()  # which never happens

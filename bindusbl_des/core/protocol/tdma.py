@@ -85,7 +85,7 @@ def scheduled(network: Network, number: int, time: float) -> Turn:
 
 def ping_group(network: Network, turn: Turn, slot: int, time: float) -> Steps:
     """Let the AUVs of a ping group that know their slot ping; return the end of the slot (s) once
-    it has come (eq.  UL_slot, UL_tick).
+    it has come (eq. UL_slot, UL_tick).
 
     With polling the slot ends as soon as all answers are decoded.
 
@@ -113,7 +113,7 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
     a broadcast still costs a header (eq. payload).
 
     One ASV sends them, or several share them.  ASVs that send at once are given the longest of
-    their frames and its guard (eq.  DL_slot), and others follow.  Fixes that do not fit into one
+    their frames and its guard (eq. DL_slot), and others follow.  Fixes that do not fit into one
     message go into several in a row.  With `knowledge: broadcast` frames also name the AUVs that
     have a slot in a round to come.  While all ASVs have failed, fixes wait.
 

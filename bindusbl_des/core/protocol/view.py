@@ -1,7 +1,7 @@
-"""What a schedule is asked with, and what it may answer: ping groups, with slots of any length.
+"""What a schedule is asked with and may return: ping groups, with slots of any length.
 
-What the surface fleet knows of how well its AUVs know where they are goes by the fixes that it has
-made and broadcast, and by how dead reckoning is planned to drift (section navigation).  It sees no
+The surface fleet judges how well its AUVs know their positions by the fixes that it has made and
+broadcast, and by the drift that the section navigation predicts for dead reckoning.  It sees no
 estimate, no truth, and not whether an AUV has decoded a frame.
 """
 
@@ -31,9 +31,9 @@ Groups = Sequence[Sequence[int]]
 class Plans:
     """What is planned for AUVs, as far as it tells how wrong the fleet may be.
 
-    How well each knows its start (m, per axis); its speed (m/s), (n,), and that at which it and an
-    ASV may come nearer to each other; the drift (m, RMS) of an AUV, by number, in a time (s)
-    without fixes; and where it is believed to be, as of `protocol.positions`.
+    The standard deviation of each AUV's start (m, per axis); its speed (m/s), (n,); the fastest
+    rate at which its distance to an ASV may change (m/s), (n,); the drift (m, RMS) of an AUV, by
+    number, in a time (s) without fixes; and the key `protocol.positions`.
     """
 
     initial_sd_m: float
@@ -44,31 +44,31 @@ class Plans:
 
 
 class KnownFixes:
-    """The last fix of each AUV that was broadcast, and the turns that it was given since.
+    """The last fix of each AUV that was broadcast, and the AUV's turns since then.
 
-    Nothing is worked out before somebody asks.
+    All of it is worked out when it is asked for.
     """
 
     def __init__(self, record: Recorder, plans: Plans) -> None:
         self._record, self._plans = record, plans
         self.range_rates_m_per_s = plans.range_rates_m_per_s
         auvs, initial_sd_m = len(plans.speeds_m_per_s), plans.initial_sd_m
-        self._pinged_at, self._pinged = np.zeros(auvs), np.full(auvs, -1)  # for the last fix
+        self._pinged_at, self._pinged = np.zeros(auvs), np.full(auvs, -1)  # of the last fixes
         self._variance = np.full(auvs, 2.0 * initial_sd_m**2)
         self._fixed = np.full(auvs, 0.0)  # variances (m2) of the last fixes, where AUVs are plotted
-        self._turns: list[list[int]] = [[] for _ in range(auvs)]  # rounds since then
-        self._is_asked = False  # whether the schedule of this round goes by them
-        self._fixes = 0  # of these rows account has been taken
+        self._turns: list[list[int]] = [[] for _ in range(auvs)]  # their rounds since then
+        self._is_asked = False  # whether the schedule of this round uses the turns
+        self._fixes = 0  # rows of fixes before this one are noted
 
     def since_s(self, time: float) -> Floats:
-        """Return how long before an instant (s) each AUV sent the ping of its last fix, (n,)."""
+        """Return the age (s) of each AUV's last fix at an instant (s), from its ping on, (n,)."""
         self._note()
         return np.asarray(time - self._pinged_at)
 
     def expected_error_m(self, time: float) -> Floats:
-        """Return the RMS of the horizontal error (m) expected of each AUV at an instant (s), (n,).
+        """Return the expected RMS horizontal error (m) of each estimate at an instant (s), (n,).
 
-        Variances of drift add up, those of fixes are weighed with them (:func:`weighed`).
+        The variances of drift add up; a fix reduces the sum (:func:`weighed`).
         """
         since = self.since_s(time)
         drift = self._plans.drift
@@ -76,11 +76,11 @@ class KnownFixes:
         return np.asarray(np.sqrt(self._variance + np.square(drifted)))
 
     def misplaced_m(self, time: float, sds: float) -> Floats:
-        """Return how far (m) AUVs may be from where they are believed at an instant (s), (n,).
+        """Return how far (m) AUVs may be from their believed positions at an instant (s), (n,).
 
-        Where the last fixes are plotted: by so many standard deviations of them, and the way since.
-        Where these are carried forward, AUVs are off their plans by what they err by themselves,
-        too.
+        With `last_fix` that is so many standard deviations of the fix, and the distance travelled
+        since.  With `carried_forward` the fleet plans on, and AUVs are also off by the error of
+        their own estimates.
         """
         if self._plans.positions == "truth":
             return np.zeros(len(self._variance))
@@ -90,14 +90,14 @@ class KnownFixes:
         return np.asarray(sds * np.sqrt(self._fixed) + way)
 
     def turns_in_vain(self) -> Ints:
-        """Return how many turns each AUV was given since that of its last fix, (n,)."""
+        """Return the number of turns that each AUV has had since the turn of its last fix, (n,)."""
         self._note()
         self._is_asked = True
         return np.array([len(turns) for turns in self._turns], dtype=np.int64)
 
     def give_turns(self, groups: Groups, heard: Flags, number: int) -> None:
-        """Note who has a turn in a round, by its number, and is `heard` (n, m), if its schedule
-        asks for that.  Whether AUVs know of their turn and ping, the fleet cannot tell.
+        """Note the turns of round `number`, if its schedule has asked for turns: those of AUVs that
+        an ASV is believed to hear, `heard` (n, m).  Whether they ping, the fleet cannot tell.
         """
         for group in groups if self._is_asked else ():
             for auv in group:
@@ -106,7 +106,7 @@ class KnownFixes:
         self._is_asked = False
 
     def _note(self) -> None:
-        """Take account of the fixes that were broadcast meanwhile."""
+        """Take in the fixes that were broadcast since the last call."""
         fixes = self._record.fixes.rows[self._fixes :]
         broadcast = np.isfinite(fixes["broadcast_at_s"])
         for fix in fixes[broadcast]:
@@ -115,7 +115,7 @@ class KnownFixes:
 
     def _note_fix(self, fix: Rows) -> None:
         auv = int(fix["auv"])
-        if fix["ping"] > self._pinged[auv]:  # one sent before older ones is met again
+        if fix["ping"] > self._pinged[auv]:  # newer than the last: rows may come again
             self._pinged[auv] = fix["ping"]
             since = float(fix["pinged_at_s"]) - self._pinged_at[auv]
             drifted = self._variance[auv] + self._plans.drift(auv, since) ** 2
@@ -126,8 +126,8 @@ class KnownFixes:
 
 
 def weighed(drifted: float, fix: float) -> float:
-    """Return what variance (m2) is left of one that has drifted when a fix of another is weighed
-    with it: the inverses add up.
+    """Return the variance (m2) of an estimate with a drifted variance after a fix of another: their
+    inverses add up.
 
     >>> weighed(4.0, 4.0), weighed(0.0, 1.0)
     (2.0, 0.0)
@@ -136,7 +136,7 @@ def weighed(drifted: float, fix: float) -> float:
 
 
 def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes:
-    """Return what a fleet will know of its AUVs' estimates and places, by what it has planned."""
+    """Return what a fleet will know of its AUVs' estimates and positions, by what is planned."""
     scenario = setup.scenario
     speeds, water = planned_speeds(setup, auvs), scenario.environment
     carried = 0.0
@@ -154,7 +154,7 @@ def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes
 
 
 class TimedGroups(tuple[Sequence[int], ...]):
-    """Ping groups whose slots last as long as they say: `lengths_s` (s), one for each group.
+    """Ping groups whose slots last `lengths_s` (s), one for each group.
 
     >>> TimedGroups([[0], [2, 1]], [0.1, 0.25]).lengths_s
     (0.1, 0.25)
@@ -172,16 +172,16 @@ class TimedGroups(tuple[Sequence[int], ...]):
 class View:
     """What the surface fleet knows when it schedules a round.
 
-    `round` is its number, `time` (s) when it begins.  `auvs` (n, 3) are the AUV positions it
-    believes and `asvs` (m, 3) its own (m); `heard` (n, m) tells which ASVs each AUV is within HF
+    `round` is its number, `time` (s) when it begins.  `auvs` (n, 3) are the AUVs' believed
+    positions and `asvs` (m, 3) the ASVs' (m); `heard` (n, m) tells which ASVs each AUV is within HF
     range and `protocol.conflict_margin_m` of, `hf_range` (m) and `range_metric` (horizontal or
-    slant) what that range is; `random` is a stream of the schedule's own.  `failed` are the ASVs
-    that have failed, which hear nobody, and `lost` AUVs that nobody counts on.  The round begins up
-    to `ahead_s` (s) later, where frames have to tell of it first.  `conflicts` is the conflict
-    graph of the AUVs, and `slots` what the protocol's slots are made of.  What it knows of each AUV
-    is worked out when it is asked for: of its estimate `since_s`, `expected_error_m` and
-    `turns_in_vain`, of its place `misplaced_m` and `range_rates_m_per_s`, of what it is known to
-    have `acknowledged_at_s` and `acknowledged_ping_s`.
+    slant) describe that range; `random` is the schedule's own random stream.  `failed` are the ASVs
+    that have failed, which hear no AUV, and `lost` the AUVs that the fleet no longer expects to
+    hear.  The round begins up to `ahead_s` (s) later, where frames have to announce it first.
+    `conflicts` is the conflict graph of the AUVs, and `slots` has the protocol's durations.  The
+    rest is worked out when it is asked for: of each AUV's estimate `since_s`, `expected_error_m`
+    and `turns_in_vain`, of its position `misplaced_m` and `range_rates_m_per_s`, of its newest
+    acknowledged fix `acknowledged_at_s` and `acknowledged_ping_s`.
     """
 
     round: int
@@ -201,39 +201,40 @@ class View:
 
     @cached_property
     def conflicts(self) -> "nx.Graph[int]":
-        """The conflict graph; of a large fleet it is large, so only made when asked for."""
+        """The conflict graph, made when it is asked for: a large fleet's is large."""
         return conflict_graph(self.heard)
 
     @cached_property
     def since_s(self) -> Floats:
-        """How long (s) ago each AUV sent the ping of the last fix that was broadcast for it; since
-        the start of the mission where there was none, shape (n,).
+        """Age (s) of each AUV's last broadcast fix, since its ping was sent; since the start of the
+        mission before the first fix; shape (n,).
         """
         return self._known.since_s(self.time)
 
     @cached_property
     def expected_error_m(self) -> Floats:
-        """How wrong (m, RMS) each AUV's estimate is expected to be: as its last fix was, and what
-        dead reckoning has drifted by on a straight way since, shape (n,).
+        """Expected error (m, RMS) of each AUV's estimate: the error of its last fix, and the drift
+        of dead reckoning on a straight path since, shape (n,).
         """
         return self._known.expected_error_m(self.time)
 
     @cached_property
     def turns_in_vain(self) -> Ints:
-        """How many turns each AUV has been given since then where an ASV was believed to hear it,
-        none of which made a fix that was broadcast, shape (n,); of rounds whose view was asked.
+        """Number of turns without a broadcast fix of each AUV since the turn of its last fix, (n,).
+        A turn counts if an ASV was believed to hear the AUV and that round's schedule asked for
+        this.
         """
         return self._known.turns_in_vain()
 
     @cached_property
     def range_rates_m_per_s(self) -> Floats:
-        """How fast (m/s) each AUV and an ASV may come nearer to each other, or go apart, (n,)."""
+        """Fastest rate (m/s) at which the distance of each AUV to an ASV may change, (n,)."""
         return self._known.range_rates_m_per_s
 
     @cached_property
     def acknowledged_at_s(self) -> Floats:
-        """Since when (s) the fleet knows of each AUV's newest fix that it knows to be delivered,
-        shape (n,), NaN before the first.
+        """Since when (s) the fleet has known that each AUV has its newest acknowledged fix, shape
+        (n,); NaN before the first.
 
         Raises:
             LookupError: where AUVs do not acknowledge (`protocol.acknowledge`).
@@ -248,14 +249,14 @@ class View:
         return known_by(self.acknowledged).pinged_at_s
 
     def misplaced_m(self, sds: float) -> Floats:
-        """Return how far (m) each AUV may be from where it is believed, (n,), by so many standard
-        deviations of fixes: nothing with `positions: truth`.
+        """Return how far (m) each AUV may be from its believed position, (n,), by so many standard
+        deviations of fixes: 0 with `positions: truth`.
         """
         return self._known.misplaced_m(self.time, sds)
 
     def may_hear(self, margins: Floats) -> Flags:
-        """Return which ASVs may hear each AUV, (n, m), that is up to so much, `margins` (n,), m,
-        nearer than it is believed to be.
+        """Return which ASVs may hear each AUV, (n, m), if it is nearer by up to `margins` (n,), m,
+        than it is believed to be.
         """
         axes = 3 if self.range_metric == "slant" else 2
         away = np.linalg.norm(self.auvs[:, None, :axes] - self.asvs[None, :, :axes], axis=2)
@@ -274,5 +275,5 @@ class View:
         return self.known
 
 
-# Who pings when: a schedule is a function from what the fleet knows to ping groups.
+# A schedule is a function from what the fleet knows to ping groups.
 Schedule = Callable[[View], Groups]

@@ -1,8 +1,8 @@
-"""The HF band as programs of access have it: everybody sends, everybody hears.
+"""The HF band for access programs: every vehicle sends, and hears all others.
 
-Pings of AUVs are receptions at ASVs, as ever (:mod:`..pings`).  At AUVs they are sounds beside all
-other signals, on the same sea (:mod:`...acoustics.sounds`): a signal is lost as a ping is over the
-same way, destroyed by what overlaps it, and who sends hears nothing meanwhile.
+Pings of AUVs are receptions at ASVs, as always (:mod:`..pings`).  At other AUVs they are sounds
+beside all other signals, on the same sea (:mod:`...acoustics.sounds`): a signal is lost as a ping
+over the same path, drowned by sounds that overlap it, and deafens its sender meanwhile.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,7 +35,7 @@ from ..steps import moment
 from . import PING
 from .node import HeardSignal, Node, ToSend
 
-# Sends of one instant become one ping group: after whatever else happens then.
+# Pings of one instant become one ping group, after all other events of that instant.
 LATE = EventPriority(2)
 
 # Bytes of a signal, at most
@@ -43,7 +43,7 @@ MOST_BYTES = 65_535
 
 
 class SharedAir:
-    """What vehicles send and hear on HF, each by its own program."""
+    """The signals that vehicles send and hear on HF, each by its own program."""
 
     def __init__(
         self,
@@ -57,9 +57,9 @@ class SharedAir:
         ping: Callable[[Sequence[int], float, Floats | None], object] | None = None,
         data: Data | None = None,
     ) -> None:
-        """Take what lets AUVs ping at an instant (s), each held back for so long (s); None where no
-        program pings.  Unless they are `hearing` nobody hears pings but ASVs.  Behind its pings an
-        AUV sends its `data`, where it has any.
+        """`ping` lets AUVs ping at an instant (s), each held back for so long (s); None: no program
+        pings.  If `hearing`, AUVs hear each other's pings.  After its pings an AUV sends its
+        `data`, if any.
         """
         self.env, self.bit_rate_bps, self._ping, self._data = env, bit_rate_bps, ping, data
         self._uplink, self._record, self._sounds = uplink, record, uplink.sounds
@@ -76,13 +76,13 @@ class SharedAir:
         self._streams = streams
         self._sent = np.zeros(len(self.names), dtype=np.int64)  # signals of each so far
         self._sends_until = np.full(len(self.names), -inf)
-        self._due: list[tuple[int, float | None]] = []  # AUVs that ping now, and how long held back
+        self._due: list[tuple[int, float | None]] = []  # AUVs that ping now; s held back
         self._said: list[ToSend] = []
         self._inboxes: dict[int, _Inbox] = {}
 
     @cached_property
     def _keys(self) -> list[NDArray[np.uint64]]:
-        """What the luck of signals is drawn by from each vehicle to each."""
+        """Keys that draw the luck of signals from each vehicle to each."""
         senders = [(kind, number) for kind in (0, 1) for number in range(len(self._fleets[kind]))]
         return [luck_keys(self._streams, Purpose.SIGNAL, whose, self._fleets) for whose in senders]
 
@@ -134,7 +134,7 @@ class SharedAir:
         return lasts
 
     def _let_ping(self, time: float) -> None:
-        """Let all AUVs ping that are to at an instant (s), in the order of their numbers."""
+        """Let all AUVs that are due ping at an instant (s), in the order of their numbers."""
         due, self._due = sorted(self._due), []
         auvs, waits = [auv for auv, _ in due], [wait for _, wait in due]
         waited = None if None in waits else np.array(waits, dtype=np.float64)
@@ -142,7 +142,7 @@ class SharedAir:
         self._ping(auvs, time, waited)
 
     def overhear(self, pings: range) -> None:
-        """Let AUVs hear pings of each other, and nothing else while they ping themselves."""
+        """Let AUVs hear each other's pings, and nothing while they ping themselves."""
         for ping in pings:
             row = self._record.pings.array[ping]
             auv, time = int(row["auv"]), float(row["sent_at_s"])
@@ -150,7 +150,7 @@ class SharedAir:
             self._sends_until[auv] = max(self._sends_until[auv], time + self._lasts)
 
     def sends_until(self, vehicle: int) -> float:
-        """Return when (s) a vehicle will be through with what it sends."""
+        """Return when (s) the last signal of a vehicle ends."""
         return float(self._sends_until[vehicle])
 
     def _signal(self, sender: int, message: ToSend, time: float, lasts: float) -> None:
@@ -166,7 +166,7 @@ class SharedAir:
     def _emit(
         self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int
     ) -> None:
-        """Let a signal sound at the first so many of all vehicles."""
+        """Write the sounds of a signal at the first so many `listeners` of all vehicles."""
         sent = self._sounds.send(
             kind, number, sender, time, lasts, self._uplink.spreading, self._keys[sender],
             int(self._sent[sender]), listeners,
@@ -207,7 +207,7 @@ class SharedAir:
         return inbox.waiting
 
     def give_up(self, event: simpy.Event) -> None:
-        """Let nobody wait any more for the event of a signal: nothing has come."""
+        """Succeed with None an event of a signal that has not come."""
         if not event.triggered:
             event.succeed(None)
 
@@ -227,7 +227,9 @@ class SharedAir:
         event.callbacks.append(look)
 
     def _look(self, inbox: "_Inbox") -> None:
-        """Decide what has come to an end at a vehicle by now; tell it of the first it has heard."""
+        """Decide the sounds that are over at a vehicle by now; hand over the first it has
+        decoded.
+        """
         now, over = self.env.now, []
         for row in inbox.coming:
             capture = self._uplink.receiver.capture
@@ -242,7 +244,7 @@ class SharedAir:
             inbox.waiting.succeed(self._told(heappop(inbox.heard)[1]))
 
     def _told(self, row: int) -> HeardSignal:
-        """Return a signal as a vehicle has it that has decoded it."""
+        """Return a decoded signal as the program gets it."""
         sound = self._sounds.array[row]
         began, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
         sender = self.names[sound["sender"]]
@@ -254,14 +256,14 @@ class SharedAir:
         )
 
     def close(self, time: float) -> None:
-        """Put on record what became of each signal at each vehicle by an instant (s), the end."""
+        """Record the outcome of each signal at each vehicle by an instant (s), the end."""
         rows, table = self._sounds.rows, self._record.signal_receptions
         self._sounds.settle(time)
         told = (rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING)
         place = np.cumsum(told) - 1
         table.room_for(len(rows))
         table.count = int(told.sum())
-        for vehicle in range(len(self.names)):  # each alone: nothing else is in its way
+        for vehicle in range(len(self.names)):  # its own sounds alone, so that searches are short
             here = np.flatnonzero(rows["listener"] == vehicle)
             lines = np.empty(len(here), SIGNAL_RECEPTION)
             capture = self._uplink.receiver.capture
@@ -274,8 +276,9 @@ class SharedAir:
 
 
 class _Inbox:
-    """What a vehicle is yet to hear that waits for signals: sounds that are coming, by their rows;
-    what it has heard but was not told of, by the instant (s) of its end; and who waits.
+    """The incoming signals of a vehicle whose program listens: rows of sounds that are `coming`;
+    those `heard` but not handed over, by the instant (s) of their end; rows `awaited`, which have
+    an event; and the event that is `waiting`.
     """
 
     def __init__(self, coming: list[int]) -> None:
@@ -290,7 +293,7 @@ def _note(
     sounds: Rows, lines: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float,
     auvs: int, capture: float,
 ) -> None:  # fmt: skip
-    """Write what has become of the sounds (n,) of one vehicle by an instant (s) to lines (n,),
+    """Write the outcomes of the sounds (n,) of one vehicle by an instant (s) to lines (n,),
     :data:`...records.rows.SIGNAL_RECEPTION`; other arguments as of
     :func:`...acoustics.signals.signal_outcome`.
     """

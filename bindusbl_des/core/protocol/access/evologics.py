@@ -33,7 +33,7 @@ from typing import Any
 from .hosted import ALL, Modem, ModemMessage, Request
 from .node import HeardSignal
 
-# The address of all, as hosts have it, and the highest of a modem.
+# The address of all modems on the wire, and the highest of one modem.
 BROADCAST, HIGHEST = 255, 254
 
 # The longest instant message (bytes)
@@ -59,7 +59,7 @@ class Evologics(Modem):
         return b"AT*SENDIM,1,%d,ack,." % to
 
     def obey(self, text: bytes) -> None:
-        """Do what a command asks for, and say what became of it."""
+        """Execute a command, and report its status to the host."""
         is_prefixed = text.startswith(b"+++")
         text = text.removeprefix(b"+++")
         if not text.startswith(b"AT"):
@@ -71,7 +71,7 @@ class Evologics(Modem):
         self.say(prefix + answer)
 
     def _sent(self, rest: bytes) -> bytes:
-        """Send an instant message; return what its host is told."""
+        """Send an instant message; return the reply to the host."""
         pool, _, others = rest.partition(b",")
         rest = others if pool[:1] == b"p" else rest
         size, to, flag, content = (*rest.split(b",", 3), b"", b"", b"")[:4]
@@ -96,7 +96,7 @@ class Evologics(Modem):
         return b"OK"
 
     def _asked_for(self, command: bytes) -> bytes:
-        """Return the answer to a command that sends nothing."""
+        """Return the reply to a command that sends nothing."""
         if command.startswith(b"!AL"):
             new = command[3:]
             if not (new.isdigit() and 1 <= int(new[:4]) <= HIGHEST):
@@ -128,7 +128,7 @@ class Evologics(Modem):
         return round(1e6 * self.node.clock)
 
     def _report(self, event: str | bytes) -> None:
-        """Tell the host what has happened."""
+        """Report an event to the host."""
         told = event.encode("ascii") if isinstance(event, str) else event
         self.say(b"+++AT:%d:%s" % (len(told), told) if self.is_prefixed else told)
 

@@ -1,17 +1,16 @@
 """Modems on a wire: what a host says over a serial port or a socket becomes signals.
 
-A host is a program outside the simulation (or a record of what it once said); its modem is a
-`seatrac` or `evologics`.  Each line that comes over the wire goes to :meth:`Modem.hear`, at an
-instant of the mission; what the modem says goes to `on_say`.  On the air there is one exchange,
-whatever the modem's make:
+A host is a program outside the simulation, or a recording of one; its modem is a `seatrac` or
+`evologics`.  Each line of the host goes to :meth:`Modem.hear`, at an instant of the mission; the
+modem's lines go to `on_say`.  On the air there is one exchange, whatever the modem's make:
 
     tells     a message to one modem or to all; nothing comes back
     asks      a message to one modem, which answers by itself `turnaround_s` after its end
-    answers   half of the way there and back is the range of who asked; an array also sees from
-              where the answer came
+    answers   half the round trip is the range of the modem that asked; an array also measures
+              the answer's direction
 
-A modem does one thing at a time: who sends, or waits for an answer, is busy.  An answer that does
-not come within the time that sound takes to `timeout_m` and back is given up.
+A modem does one thing at a time: while it sends, or waits for an answer, it is busy.  It gives an
+answer up that does not come within the travel time to `timeout_m` and back.
 """
 
 from abc import ABC, abstractmethod
@@ -22,13 +21,14 @@ from typing import Any, NamedTuple, Protocol
 from ...records.events import ModemLine
 from .node import HeardSignal, Node
 
-# An address that all modems have.
+# The address of all modems at once
 ALL = 0
 
 
 class ModemMessage(NamedTuple):
-    """What one modem says to another: to and from which address, whether it tells, asks or
-    answers, and what."""
+    """A message between modems: addresses of receiver and sender, its role (tells, asks, answers),
+    and its content.
+    """
 
     to: int
     sender: int
@@ -37,8 +37,8 @@ class ModemMessage(NamedTuple):
 
 
 class SeenDirection(NamedTuple):
-    """What an array measures of a signal: azimuth and elevation in the frame of its vessel (rad,
-    from ahead to starboard, and up), and a vector of length 1 in that direction: north, east, down.
+    """The direction of a signal measured by an array: azimuth and elevation in the vessel's frame
+    (rad, from ahead to starboard, and up), and a unit vector: north, east, down.
     """
 
     azimuth: float
@@ -47,7 +47,7 @@ class SeenDirection(NamedTuple):
 
 
 class SensedPose(NamedTuple):
-    """What a vehicle's own sensors say: depth (m), yaw, pitch and roll (rad)."""
+    """A vehicle's pose by its own sensors: depth (m), yaw, pitch and roll (rad)."""
 
     depth_m: float
     yaw: float
@@ -56,20 +56,20 @@ class SensedPose(NamedTuple):
 
 
 class Senses(Protocol):
-    """The sensors of all vehicles; travel times have an error (s, 1 sigma) each way."""
+    """The sensors of all vehicles, with the error of one-way travel times (s, 1 sigma)."""
 
     sound_speed: float
     travel_time_sd_s: float
 
     def pose(self, node: Node) -> SensedPose:
-        """Return what a vehicle's own sensors say now."""
+        """Return a vehicle's pose by its own sensors now."""
 
     def sight(self, node: Node, heard: HeardSignal) -> SeenDirection | None:
-        """Return in which direction a vehicle has seen a signal; None of those without array."""
+        """Return the measured direction of a signal; None without an array."""
 
 
 class Request(NamedTuple):
-    """A request that waits for its answer: to which address, when (s) it was over, and what of."""
+    """A request that waits for its answer: the address asked, when (s) it ended, its content."""
 
     to: int
     over_at_s: float
@@ -77,7 +77,7 @@ class Request(NamedTuple):
 
 
 class Modem(ABC):
-    """A vehicle's modem; makers differ in what is said on the wire, and in the bytes of a message.
+    """A vehicle's modem; makes differ in the lines on the wire, and in the bytes of a message.
 
     Args:
         node: the vehicle as its program of access has it.
@@ -92,7 +92,7 @@ class Modem(ABC):
 
     def __init__(self, node: Node, senses: Senses, address: int, lines: list[ModemLine]) -> None:
         self.node, self.senses, self.address, self._lines = node, senses, address, lines
-        #: Whom to tell what it says to its host.
+        #: Called with each line to the host.
         self.on_say: Callable[[bytes], None] = lambda text: None
         self._asked: Request | None = None
         self._until = 0.0  # s
@@ -105,7 +105,7 @@ class Modem(ABC):
         self.obey(text)
 
     def say(self, text: bytes) -> None:
-        """Say a line to the host, now; its end is put to it."""
+        """Send a line to the host, now, and add the line's end."""
         self._note("modem", text)
         self.on_say(text + b"\r\n")
 
@@ -115,12 +115,12 @@ class Modem(ABC):
 
     @abstractmethod
     def obey(self, text: bytes) -> None:
-        """Do what a line of the host asks for, now; leave out what is no command."""
+        """Execute a line of the host, now; ignore what is no command."""
 
     @staticmethod
     @abstractmethod
     def ping(to: int) -> bytes:
-        """Return the line by which a host asks another modem, by its address, for an answer."""
+        """Return the line by which a host requests an answer of another modem, by its address."""
 
     # The air
 
@@ -135,7 +135,7 @@ class Modem(ABC):
         return self._asked is not None
 
     def send(self, message: ModemMessage, bytes: int) -> None:
-        """Send a message of a size now; one that asks waits for its answer."""
+        """Send a message of so many bytes now; if it asks, wait for its answer."""
         lasts = self.node.lasts_s(bytes)
         self._until = self.node.clock + lasts
         self.node.send(type(self).__name__.lower(), bytes=bytes, data=message)
@@ -152,7 +152,7 @@ class Modem(ABC):
             self.unanswered(request)
 
     def receive(self, heard: HeardSignal) -> None:
-        """Take a signal that has been decoded, now."""
+        """Take a signal that has been decoded now."""
         message: ModemMessage = heard.data
         if not isinstance(message, ModemMessage) or message.to not in (ALL, self.address):
             return
@@ -167,20 +167,20 @@ class Modem(ABC):
             self.node.wait(self.turnaround_s).callbacks.append(lambda _: self._answer(message))
 
     def _answer(self, asked: ModemMessage) -> None:
-        """Answer a request, unless it is busy."""
+        """Answer a request, unless busy."""
         if not self.is_busy:
             content, size = self.answer(asked)
             self.send(ModemMessage(asked.sender, self.address, "answers", content), size)
 
     def _way_s(self, heard: HeardSignal, asked: Request) -> float:
-        """Return how long (s) sound took to who answered, as measured there and back."""
+        """Return the one-way travel time (s) from an answer: half the measured round trip."""
         took = heard.began_at_s - asked.over_at_s - self.turnaround_s
         error = sqrt(2.0) * self.senses.travel_time_sd_s * self.node.random.standard_normal()
         return max(0.5 * (took + error), 0.0)
 
     @abstractmethod
     def told(self, heard: HeardSignal, message: ModemMessage) -> None:
-        """Tell the host of a message, or of a request that will be answered."""
+        """Report to the host a message, or a request that will be answered."""
 
     @abstractmethod
     def answer(self, asked: ModemMessage) -> tuple[Any, int]:
@@ -188,8 +188,8 @@ class Modem(ABC):
 
     @abstractmethod
     def answered(self, heard: HeardSignal, message: ModemMessage, way_s: float) -> None:
-        """Tell the host of an answer, and how far (s) away its sender is."""
+        """Report an answer to the host, with the travel time (s) of its sender."""
 
     @abstractmethod
     def unanswered(self, asked: Request) -> None:
-        """Tell the host that no answer has come."""
+        """Report to the host that no answer has come."""

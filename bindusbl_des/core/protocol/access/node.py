@@ -30,8 +30,8 @@ Program = Callable[["Node"], Steps]
 
 
 class HeardSignal(NamedTuple):
-    """A signal that a vehicle has decoded: of which kind, from whom, and to whom (None: to all);
-    when (s) it began and ended there; its size and what it says.
+    """A signal that a vehicle has decoded: its kind, sender and receiver (None: all); when (s) it
+    began and ended there; its size and content.
     """
 
     kind: str
@@ -45,9 +45,9 @@ class HeardSignal(NamedTuple):
 
 @dataclass(eq=False)
 class Node:
-    """A vehicle for its program of access: its `name`, the mission's `slots`, chance of its own
-    (`random`), and the instants (s) at which it has something to send (`packets`), a Poisson
-    process of mean `protocol.frame_s`.
+    """A vehicle for its access program: its `name`, the mission's `slots`, a random stream of its
+    own (`random`), and the instants (s) at which it has something to send (`packets`), a Poisson
+    process with mean interval `protocol.frame_s`.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Node:
 
     @property
     def clock(self) -> float:
-        """What its clock says (s): the mission's time."""
+        """The vehicle's clock (s): the mission's time."""
         now = self.air.env.now
         return self._woken if abs(self._woken - now) < ROUNDING else now
 
@@ -82,7 +82,7 @@ class Node:
         """Return the event of an instant (s), now if that is past.
 
         Raises:
-            ValueError: when it is no instant.
+            ValueError: when the instant is not finite.
         """
         if not isfinite(instant):
             refuse("instant (s) to wait for", instant, "be finite", "end the program with `return`")
@@ -97,30 +97,30 @@ class Node:
         """Return the event of an instant so much later (s).
 
         Raises:
-            ValueError: when that is negative or no number.
+            ValueError: when the duration is negative or not finite.
         """
         if not 0.0 <= duration < inf:
             refuse("wait (s)", duration, "be finite and not below 0", "give seconds from now on")
         return self.until(self.clock + duration)
 
     def busy(self) -> bool:
-        """Tell whether it hears something now, or sends."""
+        """Return whether the vehicle hears something now, or sends."""
         return bool(self.heard(self.clock))
 
     def heard(self, since: float) -> list[tuple[float, float]]:
-        """Return from when to when (s) there were sounds, in order of their beginning: all that it
-        had anything of between an instant (s) and now, its own among them.
+        """Return the intervals (s) of all sounds at the vehicle between `since` (s) and now, its
+        own among them, in order of their beginning.
 
-        One that begins as another ends counts; of a signal that begins at this very instant nobody
-        knows.
+        A sound that begins as another ends counts; a signal that begins at this very instant is not
+        known yet.
         """
         return self.air.heard(self, since)
 
     def hears(self, within_s: float | None = None) -> simpy.Event:
-        """Return the event of the next signal that it decodes: its value is that
-        (:class:`HeardSignal`), or None once so long a time (s) has gone by without.
+        """Return the event of the next signal that the vehicle decodes: its value is a
+        :class:`HeardSignal`, or None if none comes within `within_s` (s).
 
-        What it has decoded since it last asked comes first; the first time, since it was launched.
+        Signals decoded since the last call come first; the first time, all since the launch.
 
         Raises:
             ValueError: when the time is negative or no number.
@@ -154,8 +154,8 @@ class Node:
 
 
 class Medium(Protocol):
-    """What carries what nodes send and hear (:class:`.air.SharedAir`): the names of all vehicles,
-    AUVs first, of which so many are `auvs`.
+    """What carries the signals of nodes (:class:`.air.SharedAir`): `names` are all vehicles, AUVs
+    first, of which so many are `auvs`.
     """
 
     env: simpy.Environment
@@ -173,11 +173,11 @@ class Medium(Protocol):
         """Return the event of the next signal that a node decodes."""
 
     def give_up(self, event: simpy.Event) -> None:
-        """Let nobody wait for the event of a signal any more."""
+        """Succeed with None an event of a signal that has not come."""
 
 
 class ToSend(NamedTuple):
-    """What a program sends, as of :meth:`Node.send`."""
+    """A signal to send, as of :meth:`Node.send`."""
 
     kind: str
     to: str | None

@@ -1,21 +1,23 @@
 """SeaTrac beacons (X150, X110 by Blueprint Subsea) and the serial protocol that their hosts speak.
 
 Each vehicle is a beacon, numbered from 1 as vehicles are (AUVs first, then ASVs); ASVs are X150,
-which see by USBL, AUVs X110.  A host sends lines over a serial port, `#`, and gets lines, `$`; each
-has a command's code (CID), its fields (little endian) and a checksum, in hexadecimal digits:
+which have a USBL array, AUVs X110.  A host sends lines over a serial port, `#`, and gets lines,
+`$`; each has a command's code (CID), its fields (little endian) and a checksum, in hexadecimal
+digits:
 
     #400202xxxx   PING_SEND to beacon 2, as a request (REQ)
     $400002xxxx   taken (OK): beacon 2 will be asked
     $42....xxxx   PING_RESP: its answer has come, with a range
 
-What a host asks for becomes a signal on the HF band.  A beacon that hears a request for itself
-answers `turnaround_s` later, by itself, and tells its own host.  Who asked has half of the way
-there and back as its range, an X150 a direction as well if that was asked for (REQU), and the
-answer's depth (REQX).  An answer that does not come within `timeout_m` is an error, as at sea.
+A host's command becomes a signal on the HF band.  A beacon that hears a request for itself answers
+`turnaround_s` later, by itself, and reports to its own host.  The beacon that asked measures half
+the round trip as its range; an X150 also measures a direction if that was asked for (REQU), and the
+answer may have its sender's depth (REQX).  An answer that does not come within `timeout_m` is an
+error, as at sea.
 
-Codes, fields and units are those of the SeaTrac Developer Guide (firmware 3.7).  Assumed are the
-bytes that a message needs on the air beside its content (`header_bytes`), and what a beacon says of
-what it does not know here: supply voltage, temperature, magnetometer, strength of signals.
+Codes, fields and units are those of the SeaTrac Developer Guide (firmware 3.7).  Assumptions: the
+bytes that a message needs on the air beside its content (`header_bytes`), and the values of what is
+not simulated: supply voltage, temperature, magnetometer, signal strength.
 """
 
 import struct
@@ -26,10 +28,10 @@ from ...records.events import ModemLine
 from .hosted import ALL, Modem, ModemMessage, Request, SensedPose, Senses
 from .node import HeardSignal, Node
 
-# Most bytes that a message carries, and the highest number of a beacon.
+# Most bytes that a message carries, and the highest address of a beacon.
 MOST_BYTES, MOST_BEACONS = 31, 15
 
-# Of acoustic messages: one way, requests and their answers; U with USBL, X with depth as well.
+# Types of messages: one way, requests and their answers; U with USBL, X with depth as well.
 OWAY, OWAYU, REQ, RESP, REQU, RESPU, REQX, RESPX = range(8)
 ANSWER_TO = {REQ: RESP, REQU: RESPU, REQX: RESPX}
 
@@ -45,16 +47,16 @@ NAV_QUEUE_SET, NAV_QUEUE_CLEAR, NAV_QUEUE_STATUS, NAV_STATUS_SEND, NAV_STATUS = 
 DAT_SEND, DAT_RECEIVE, DAT_ERROR = 0x60, 0x61, 0x63
 DAT_QUEUE_SET, DAT_QUEUE_CLEAR, DAT_QUEUE_STATUS = range(0x64, 0x67)
 
-# What becomes of a command
+# Status of a command
 OK, FAIL, MISSING, INVALID, BUSY, TIMEOUT = 0x00, 0x01, 0x04, 0x05, 0x30, 0x34
 IDLE, SENDING, REQUESTING = 0x3B, 0x3C, 0x3D
 REBOOT_CHECK = 0x6A95
 
-# Fields of a status that are told (STATUS_BITS), and times (s) between those told unasked.
+# Fields of a status (STATUS_BITS), and intervals (s) at which it is sent unasked.
 ENVIRONMENT, ATTITUDE = 1, 2
 EVERY_S = {0: None, 1: 1.0, 2: 0.4, 3: 0.2, 4: 0.1, 5: 0.04}
 
-# What of a remote beacon is asked for by NAV_QUERY
+# What NAV_QUERY asks a remote beacon for
 DEPTH, SUPPLY, TEMPERATURE, POSE, DATA = 1, 2, 4, 8, 128
 NAV_SIZES = {DEPTH: 4, SUPPLY: 2, TEMPERATURE: 2, POSE: 6}  # bytes
 
@@ -94,7 +96,7 @@ def parsed(text: bytes, mark: str = "#") -> tuple[int, bytes]:
     """Return the code and the content of a line without its end.
 
     Raises:
-        ValueError: when it is no such line, or its checksum is wrong.
+        ValueError: when it is not such a line, or its checksum is wrong.
     """
     if not text.startswith(mark.encode("ascii")):
         raise ValueError(f"it does not begin with {mark}")
@@ -107,7 +109,7 @@ def parsed(text: bytes, mark: str = "#") -> tuple[int, bytes]:
 
 
 class Settings(NamedTuple):
-    """What a host may set (SETTINGS_T); most of it is kept and changes nothing here."""
+    """What a host may set (SETTINGS_T); most of it is stored without effect."""
 
     status_flags: int = 1
     status_output: int = ENVIRONMENT | ATTITUDE
@@ -136,7 +138,7 @@ class Settings(NamedTuple):
 
     @property
     def every_s(self) -> float | None:
-        """How often (s) the status is told unasked."""
+        """Interval (s) at which the status is sent unasked."""
         return EVERY_S[self.status_flags & 7]
 
 
@@ -144,8 +146,8 @@ SETTINGS = struct.Struct("<4B6s16sHBiHHB12s33s6s3HBBHH6s3s")
 
 
 class Content(NamedTuple):
-    """What a message says: of which type it is, what it is about (the command that it came of), its
-    bytes, and how deep its sender is (m).
+    """Content of a message: its type, the command that it came of (`about`), its bytes, and its
+    sender's depth (m).
     """
 
     type: int
@@ -155,8 +157,8 @@ class Content(NamedTuple):
 
 
 class Code(NamedTuple):
-    """A command that becomes a message: of which event another host is told, and the codes of its
-    answer and of its error.
+    """Codes of a command that becomes a message: of the event at the other host, of its answer, of
+    its error.
     """
 
     heard: int
@@ -172,7 +174,7 @@ SENDS = {
     NAV_STATUS_SEND: Code(NAV_STATUS, 0, 0),
 }
 
-# Queues that answers are taken from: what sets, clears and tells each, and for which command.
+# Commands that set, clear and report a queue of answers, and the command that is answered from it.
 QUEUES = {
     DAT_QUEUE_SET: DAT_SEND, DAT_QUEUE_CLEAR: DAT_SEND, DAT_QUEUE_STATUS: DAT_SEND,
     NAV_QUEUE_SET: NAV_SEND, NAV_QUEUE_CLEAR: NAV_SEND, NAV_QUEUE_STATUS: NAV_SEND,
@@ -189,7 +191,7 @@ class Seatrac(Modem):
         super().__init__(node, senses, address, lines)
         self.settings = self._defaults = Settings(beacon=address)
         self._queues: dict[tuple[int, int], bytes] = {}
-        self._modes = 0  # how often the status mode was set
+        self._modes = 0  # times that the status mode was set
         self._tell_statuses()
 
     # The wire
@@ -199,7 +201,7 @@ class Seatrac(Modem):
         return line("#", PING_SEND, bytes((to, REQU)))
 
     def obey(self, text: bytes) -> None:
-        """Do what a command asks for, and tell the host what became of it."""
+        """Execute a command, and report its status to the host."""
         begins = max(text.rfind(b"#"), 0)  # half a line may stand before it
         try:
             code, content = parsed(text[begins:].strip())
@@ -216,7 +218,7 @@ class Seatrac(Modem):
             self._tell(code, bytes((MISSING, *content[:1])))
 
     def _ordered(self, code: int, content: bytes) -> bytes:
-        """Send what a command asks for; return what its host is told."""
+        """Send the message of a command; return the reply to the host."""
         if code == NAV_STATUS_SEND:
             to, kind, data = ALL, OWAY, _counted(content)
         elif code == NAV_SEND:
@@ -239,7 +241,7 @@ class Seatrac(Modem):
         return bytes((status,)) if code == NAV_STATUS_SEND else bytes((status, to))
 
     def _queued(self, code: int, content: bytes) -> bytes:
-        """Change or tell what answers to a beacon will carry."""
+        """Change or report the content of answers to a beacon; return the reply to the host."""
         about = QUEUES[code]
         if code in (DAT_QUEUE_STATUS, NAV_QUEUE_STATUS):
             sizes = [len(self._queues.get((about, to), b"")) for to in range(MOST_BEACONS + 1)]
@@ -255,7 +257,7 @@ class Seatrac(Modem):
         return bytes((OK if is_right else INVALID, to, len(data)))
 
     def _answered(self, code: int, content: bytes) -> bytes:
-        """Return what a host is told that asks for nothing on the air."""
+        """Return the reply to a host's command that sends nothing on the air."""
         seconds = int(self.node.clock)
         if code == ALIVE:
             return struct.pack("<I", seconds)
@@ -286,7 +288,7 @@ class Seatrac(Modem):
         return bytes((FAIL,))
 
     def _set(self, settings: Settings) -> bytes:
-        """Take settings, if they are right; return what the host is told."""
+        """Take settings, if they are valid; return the reply to the host."""
         is_right = (
             settings.status_flags & 7 in EVERY_S
             and 1 <= settings.beacon <= MOST_BEACONS
@@ -301,13 +303,13 @@ class Seatrac(Modem):
                 self._tell_statuses()
         return bytes((OK if is_right else INVALID,))
 
-    # What it says to its host
+    # Lines to the host
 
     def _tell(self, code: int, content: bytes) -> None:
         self.say(line("$", code, content))
 
     def _tell_statuses(self) -> None:
-        """Tell the status as often as it is set, from now on."""
+        """Send the status at the interval that is set, from now on."""
         self._modes += 1
         mode, every_s = self._modes, self.settings.every_s
 
@@ -320,7 +322,7 @@ class Seatrac(Modem):
             self.node.wait(every_s).callbacks.append(tell)
 
     def _status(self, output: int) -> bytes:
-        """Return the fields of a status that are asked for."""
+        """Return the fields of a status that `output` asks for."""
         pose = self.senses.pose(self.node)
         told = struct.pack("<BQ", output & (ENVIRONMENT | ATTITUDE), int(1e3 * self.node.clock))
         if output & ENVIRONMENT:
@@ -369,7 +371,7 @@ class Seatrac(Modem):
         self._tell(SENDS[asked.content.about].error, bytes((TIMEOUT, asked.to)))
 
     def _event(self, message: ModemMessage, fix: bytes, data: bytes, *, is_answer: bool) -> bytes:
-        """Return what a host is told of a message with some data, behind what is known of it."""
+        """Return the report of a message to the host: the fix, and its data."""
         about = message.content.about
         if about == PING_SEND:
             return fix
@@ -379,15 +381,15 @@ class Seatrac(Modem):
 
     @staticmethod
     def _navigation(flags: int, pose: SensedPose) -> bytes:
-        """Return what a remote host has asked to know."""
+        """Return the data that a NAV_QUERY asks for."""
         told = struct.pack("<i", round(10 * pose.depth_m)) if flags & DEPTH else b""
         told += struct.pack("<H", SUPPLY_MV) if flags & SUPPLY else b""
         told += struct.pack("<h", WATER_DC) if flags & TEMPERATURE else b""
         return told + (struct.pack("<3h", *_attitude(pose)) if flags & POSE else b"")
 
     def _fix(self, heard: HeardSignal, message: ModemMessage, way_s: float | None = None) -> bytes:
-        """Return what this beacon knows of a message's sender (ACOFIX): a range if sound is known
-        to have taken so long (s), a direction if it has an array and the message lets it see.
+        """Return what this beacon measures of a message's sender (ACOFIX): a range from the travel
+        time `way_s` (s) if known, a direction if it has an array and the type of message allows it.
         """
         pose, speed = self.senses.pose(self.node), self.senses.sound_speed
         content, flags, told, range_m = message.content, 0, b"", None
@@ -420,10 +422,10 @@ class Seatrac(Modem):
 
 
 def _counted(content: bytes) -> bytes:
-    """Return the data behind a byte that says how long they are.
+    """Return the data behind a byte with their length.
 
     Raises:
-        IndexError: when fewer are there.
+        IndexError: when there are fewer.
     """
     size = content[0]
     if len(content) <= size:
@@ -438,5 +440,5 @@ def _attitude(pose: SensedPose) -> tuple[int, int, int]:
 
 
 def _decimetres(length: float) -> int:
-    """Return a length (m) as 16 bits hold it."""
+    """Return a length (m) in decimetres, limited to 16 bits."""
     return min(max(round(10 * length), -32_768), 32_767)

@@ -1,8 +1,8 @@
-"""Random access: AUVs ping as they like, ASVs broadcast what they make of it.
+"""Random access: AUVs ping when their programs decide, ASVs broadcast the fixes.
 
-Each vehicle runs its program (:mod:`.node`), beside the downlink.  A round is a cycle of that: from
-when MF is free, over the broadcast that begins as soon as a fix waits, to the end of its slot.
-Nobody waits for it on HF.
+Each vehicle runs its program (:mod:`.node`), beside the downlink.  A round is a cycle of the
+downlink: from when MF is free, over the broadcast that begins as soon as a fix waits, to the end of
+its slot.  HF does not wait for it.
 """
 
 from collections.abc import Iterator
@@ -26,12 +26,12 @@ from ..tdma import broadcast
 from .air import SharedAir
 from .node import Node, Program, Steps
 
-# Intervals that are drawn at a time.
+# Intervals that are drawn at once
 DRAWN = 64
 
 
 def _checked(part: OwnPart, node: Node) -> Steps:
-    """Go through the steps of a user-defined program.
+    """Run the steps of a user-defined program.
 
     Raises:
         PluginError: when it raises anything, or yields what is no event of the mission.
@@ -63,11 +63,11 @@ def run_programs(
     streams: Streams,
     bit_rate_bps: float,
 ) -> None:
-    """Have each AUV, and each ASV whose program has a part for it, run its program; serve the
+    """Start the program of each AUV, and of each ASV if the program has a part for it; serve the
     downlink meanwhile.
 
-    Each has something to send by a stream of its own, so that a further AUV leaves those of the
-    others as they were.
+    Each vehicle draws when it has something to send from a stream of its own, so that a further AUV
+    leaves those of the others as they were.
     """
     cycles = Cycles(network)
 
@@ -103,9 +103,9 @@ class Cycles:
     def __init__(self, network: Network) -> None:
         """Begin the first cycle at 0 s."""
         self._network = network
-        self._passing: list[tuple[float, int]] = []  # when (s) pings will have passed, a heap
-        self._is_sending, self._resumes_at = False, inf  # when an ASV works again, if none does
-        self._awaited = inf  # the instant (s) at which it goes on
+        self._passing: list[tuple[float, int]] = []  # heap: when (s) pings will have passed
+        self._is_sending, self._resumes_at = False, inf  # when (s) an ASV works again, if none does
+        self._awaited = inf  # the instant (s) of the next wake-up
         self._turn = self._begun(0, 0.0)
         if network.replies is not None:
             self._turn.row.downlink_s = 0.0
@@ -140,7 +140,7 @@ class Cycles:
         self._await_next()
 
     def _await_next(self) -> None:
-        """Go on at the next instant at which there is something to do."""
+        """Schedule a wake-up at the next instant at which something is to be done."""
         time = self.next_at
         if time < self._awaited:
             self._awaited = time
@@ -154,7 +154,7 @@ class Cycles:
             self._await_next()
 
     def _go_on(self, time: float) -> None:
-        """Do what is to be done at an instant (s): end a cycle, broadcast the fixes that wait."""
+        """Do what is due at an instant (s): end a cycle, broadcast the fixes that wait."""
         network = self._network
         if self._is_sending:
             self._is_sending = False

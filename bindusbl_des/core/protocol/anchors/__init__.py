@@ -1,1 +1,3 @@
-"""Vessels that move: placed anew as the mission goes on, by what the fleet knows of its AUVs."""
+"""ASVs that move: placed again and again during the mission, by what the fleet knows of its
+AUVs.
+"""

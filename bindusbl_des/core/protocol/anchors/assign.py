@@ -1,4 +1,4 @@
-"""Vessels that have AUVs of their own, and stay above the middle of those."""
+"""ASVs that each have AUVs of their own, and stay above the middle of these."""
 
 import math
 
@@ -14,9 +14,9 @@ Numbers = NDArray[np.intp]
 
 
 class VesselGroups:
-    """The AUVs of each vessel, which stay its own until another split is better by a share.
+    """The AUVs of each ASV, which keeps them until another split is better by a share.
 
-    One split is better than another if the largest of the smallest circles around its groups is
+    A split is better than another if the largest of the smallest circles around its groups is
     smaller.
     """
 
@@ -25,7 +25,7 @@ class VesselGroups:
         self._of: dict[int, Numbers] = {}
 
     def of(self, view: AnchorView, fleet: Floats) -> dict[int, Numbers]:
-        """Return the AUVs of each vessel that works and has any, AUVs believed at (n, 2), m."""
+        """Return the AUVs of each ASV that works and has any; AUVs are believed at (n, 2), m."""
         working = np.flatnonzero(view.working)
         wanted = split(fleet, len(working))
         kept = list(self._of.values())
@@ -52,8 +52,8 @@ def largest(fleet: Floats, groups: list[Numbers]) -> float:
 
 
 def split(fleet: Floats, count: int) -> list[Numbers]:
-    """Return AUVs (n, 2), m, in `count` groups, or n if that is less, of sizes that differ by one
-    at most: neighbours along the direction in which the fleet is longest, or across it.
+    """Return AUVs (n, 2), m, in `count` groups, at most n, of sizes that differ by one at most:
+    neighbours along the direction in which the fleet is longest, or across it.
 
     >>> fleet = np.array([(0.0, 0.0), (9.0, 1.0), (1.0, 2.0), (8.0, 0.0)])
     >>> [group.tolist() for group in split(fleet, 2)]
@@ -66,7 +66,7 @@ def split(fleet: Floats, count: int) -> list[Numbers]:
 
 
 def lengthwise(fleet: Floats) -> Floats:
-    """Return the direction (2,) in which AUVs (n, 2) are spread out most; y where in none.
+    """Return the direction (2,) in which AUVs (n, 2) are spread most; y if all are at one position.
 
     >>> lengthwise(np.array([(0.0, 0.0), (3.0, -4.0)])).round(9).tolist()
     [-0.6, 0.8]
@@ -76,7 +76,7 @@ def lengthwise(fleet: Floats) -> Floats:
     yaw = math.atan2(2.0 * xy, xx - yy) / 2.0 if xx + yy > 0.0 else math.pi / 2.0
     line = np.array([math.cos(yaw), math.sin(yaw)])
     turned: Floats = line * np.sign(line[np.abs(line).argmax()])
-    return turned  # either way is the same line
+    return turned  # a line has two directions; this one is unique
 
 
 def across(line: Floats) -> Floats:
@@ -89,16 +89,16 @@ def across(line: Floats) -> Floats:
 
 
 class AssignPlacement:
-    """Each vessel above the middle of the smallest circle around its own AUVs, a horizon ahead.
+    """Puts each ASV above the middle of the smallest circle around its AUVs, a horizon (s) ahead.
 
-    AUVs are split into groups of neighbours, as those on neighbouring strips are.
+    Groups are AUVs beside each other, as on neighbouring strips.
     """
 
     def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
         self._horizon, self._groups = horizon_s, VesselGroups(hysteresis)
 
     def targets(self, view: AnchorView) -> Floats:
-        """Return where vessels are to go (m, 2), m; who has no AUV stays where it is."""
+        """Return where ASVs are to go (m, 2), m; an ASV without AUVs keeps its target."""
         fleet = view.auvs(view.begins + self._horizon)[:, :2]
         targets = at_rest(view, fleet)
         for vessel, group in self._groups.of(view, fleet).items():
@@ -107,7 +107,7 @@ class AssignPlacement:
 
 
 def at_rest(view: AnchorView, fleet: Floats) -> Floats:
-    """Return where vessels go anyway (m, 2), m; at first to the middle of AUVs (n, 2)."""
+    """Return the ASVs' present targets (m, 2), m; at first the middle of the AUVs (n, 2)."""
     if view.is_first:
         middle = circle(fleet, np.arange(len(fleet)))[:2]
         return np.tile(middle, (len(view.vessels), 1))

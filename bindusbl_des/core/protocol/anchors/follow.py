@@ -1,4 +1,4 @@
-"""Vessels that keep to where the fleet is: all of its AUVs as near to one of them as possible."""
+"""ASVs that keep all AUVs as near to one of them as possible."""
 
 from typing import NamedTuple
 
@@ -11,8 +11,8 @@ from .view import AnchorView
 
 
 class AnchorService(NamedTuple):
-    """How places serve AUVs: the share of them that is heard, and how far (m) the farthest of
-    those is from its nearest place.
+    """How well positions serve AUVs: the share of AUVs that is heard, and the distance (m) of the
+    farthest of these from its nearest position.
     """
 
     heard: float
@@ -20,19 +20,19 @@ class AnchorService(NamedTuple):
 
 
 class FollowPlacement:
-    """The k-centre of where AUVs are believed to be a horizon ahead.
+    """Puts ASVs at the k-centre of the AUVs' believed positions a horizon (s) ahead.
 
-    Where that is beyond the range of vessels, as many AUVs as they can hear instead: what is best
-    for the farthest AUV would be of no use to any.  Vessels are told to go elsewhere only if that
-    serves better by more than a share, so that they do not follow the noise of fixes; and they keep
-    the AUVs that they have, unless other AUVs for each are better by that share.
+    Where that is beyond range, ASVs hear as many AUVs as possible instead: the optimum for the
+    farthest AUV would serve none.  ASVs get new targets only if these serve better by more than a
+    share, so that they do not follow the noise of fixes; and each keeps its AUVs, unless other AUVs
+    are better by that share.
     """
 
     def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
         self._horizon, self._hysteresis = horizon_s, hysteresis
 
     def targets(self, view: AnchorView) -> Floats:
-        """Return where vessels are to go (m, 2), m."""
+        """Return where ASVs are to go (m, 2), m."""
         fleet, working = view.auvs(view.begins + self._horizon)[:, :2], view.working
         there = best_places(fleet, int(working.sum()), view.reach)
         if view.is_first:
@@ -52,7 +52,7 @@ class FollowPlacement:
 
 
 def best_places(fleet: Floats, count: int, reach: float) -> Floats:
-    """Return the places (count, 2), m, that serve AUVs (n, 2) best at a reach (m)."""
+    """Return the positions (count, 2), m, that serve AUVs (n, 2) best at a reach (m)."""
     centres = k_centre(fleet, count)
     if centres.radius <= reach or reach == 0.0:
         return centres.places
@@ -60,8 +60,8 @@ def best_places(fleet: Floats, count: int, reach: float) -> Floats:
 
 
 def moved_along(fleet: Floats, places: Floats, reach: float) -> Floats:
-    """Return places (m, 2), m, each in the middle of the AUVs (n, 2) that it is nearest to of all
-    places, and within reach (m) of; who has none stays.
+    """Return each of the positions (m, 2), m, moved to the middle of the AUVs (n, 2) within reach
+    (m) whose nearest position it is; without any it stays.
     """
     apart = fleet[:, None, :] - places
     away = np.hypot(apart[..., 0], apart[..., 1])
@@ -75,7 +75,7 @@ def moved_along(fleet: Floats, places: Floats, reach: float) -> Floats:
 
 
 def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
-    """Return how places (m, 2) serve AUVs (n, 2) that are heard within a reach (m)."""
+    """Return how positions (m, 2) serve AUVs (n, 2) that are heard within a reach (m)."""
     apart = fleet[:, None, :] - places
     away = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
     heard = away <= reach * (1.0 + 1e-9)
@@ -83,8 +83,8 @@ def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
 
 
 def gains(now: AnchorService, then: AnchorService, share: float) -> bool:
-    """Tell whether another service is better by more than a share: it hears so many AUVs more, or
-    no fewer and the farthest of them so much nearer.
+    """Return whether the service `then` is better than `now` by more than a share: it hears that
+    many more AUVs, or no fewer and the farthest of them is nearer by that share.
     """
     if then.heard - now.heard > share:
         return True

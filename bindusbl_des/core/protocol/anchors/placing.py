@@ -1,4 +1,4 @@
-"""Vessels that are told again and again where to go, as a mission goes on."""
+"""ASVs that get new targets again and again during a mission."""
 
 from collections.abc import Generator
 from itertools import count
@@ -27,8 +27,8 @@ from .view import AnchorView, Mover, OwnMover
 
 
 class Room(NamedTuple):
-    """How far (m) from the origin vessels may go, and the longest (s) that a sound between them and
-    AUVs is under way then.
+    """How far (m) from the origin ASVs may go, and the longest travel time (s) of sound between
+    ASVs and AUVs then.
     """
 
     farthest_m: float
@@ -36,17 +36,17 @@ class Room(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """How fast (m/s) vessels go, and how often (s) they are told where to."""
+    """The speed of ASVs (m/s), and how often (s) they get new targets."""
 
     speed_m_per_s: float
     replan_s: float
 
 
 class Anchors:
-    """The vessels of a mission, and who tells them where to go.
+    """The moving ASVs of a mission, and the placement that gives them targets.
 
-    They set out for what they are told a `lead` (s) later: no sound that is under way by then is
-    still on its way when they do, so that where they are was known whenever it was worked out.
+    ASVs set out for a new target a `lead` (s) later: sound that is under way as the target is given
+    has arrived by then, so the ASV's motion was known while it travelled.
     """
 
     def __init__(
@@ -58,10 +58,10 @@ class Anchors:
         known: KnownFixes,
         lead_s: float,
     ) -> None:
-        """Launch the vessels where the site says, or else where they are to be at first.
+        """Launch the ASVs where the site says, or else at their first targets.
 
-        The `prediction` knows where AUVs were launched, and is told of the fixes of vessels alone;
-        what is `known` of AUVs' estimates goes by those that were broadcast.
+        The `prediction` knows where AUVs were launched, and gets all fixes of ASVs; `known`
+        estimates go by the fixes that were broadcast.
         """
         self._known = known
         self._mover, self._pace, self._prediction, self._lead = mover, pace, prediction, lead_s
@@ -69,7 +69,7 @@ class Anchors:
         self._reach, number = site.horizontal_reach_m, scenario.asvs.count
         self._failures, self._all = site.failures, np.ones(number, dtype=np.bool_)
         given = getattr(scenario.asvs.formation, "start_m", None)
-        #: Whether nobody has told vessels yet where to go.
+        #: Whether the first targets are yet to be given, at 0 s.
         self._is_new = given is not None
         nowhere = np.full((number, 2), np.nan)
         start = np.array(given) if given else mover.targets(self._view(0.0, 0.0, nowhere, nowhere))
@@ -85,7 +85,7 @@ class Anchors:
         )  # fmt: skip
 
     def _working(self, time: float) -> NDArray[np.bool_]:
-        """Return who has not failed by an instant (s) (m,); at first all are launched."""
+        """Return which ASVs have not failed by an instant (s), (m,); at first all are launched."""
         if self._failures is None or time == 0.0:
             return self._all.copy()
         return self._failures.alive(time)
@@ -93,9 +93,9 @@ class Anchors:
     def keep_placing(
         self, env: simpy.Environment, fixes: EventBuffer | None
     ) -> Generator[simpy.Event, None, None]:
-        """Tell vessels where to go, again and again, on the fixes made so far.
+        """Give ASVs new targets, again and again, on the fixes made so far.
 
-        There are none where AUVs fix themselves: then the fleet knows what is planned alone.
+        `fixes` is None where AUVs fix themselves: then the fleet knows only what is planned.
         """
         for number in count(0 if self._is_new else 1):
             time = number * self._pace.replan_s
@@ -109,17 +109,17 @@ class Anchors:
                 self.steered.go(begins, self._mover.targets(view))
 
     def _note(self, fixes: EventBuffer) -> None:
-        """Plot the last fix of each AUV that has new ones."""
+        """Hand the last new fix of each AUV to the prediction."""
         made, self._noted = fixes.rows[self._noted :], fixes.count
         last = {auv: row for row, auv in enumerate(made["auv"].tolist())}
         self._prediction.note(made[sorted(last.values())])
 
 
 def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: Room) -> Anchors:
-    """Return the vessels that are told where to go, of a site where they are.
+    """Return the moving ASVs of a site.
 
     Raises:
-        PluginError: when a placement of one's own cannot be used.
+        PluginError: when a user-defined placement cannot be used.
     """
     asvs = site.scenario.asvs
     placed = asvs.formation.replanned
@@ -128,7 +128,7 @@ def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: 
         mover = _shipped(placed, site.scenario.auvs)
         pace = Pace(placed.speed_m_per_s, placed.replan_s)
     else:
-        own = own_placement(asvs.formation.choice, site.plan_view)  # made anew: it may remember
+        own = own_placement(asvs.formation.choice, site.plan_view)  # new, since it may have state
         name = str(asvs.formation.choice)
         if asvs.vehicle.is_steered:
             raise PluginError(
@@ -143,7 +143,7 @@ def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: 
 
 
 def _shipped(placement: Placed, auvs: Auvs) -> Mover:
-    """Return a placement that ships, made anew, for some AUVs."""
+    """Return a new instance of a placement that ships, for some AUVs."""
     match placement:
         case Follow(horizon_s=horizon, hysteresis=share):
             return follow.FollowPlacement(horizon_s=horizon, hysteresis=share)
@@ -162,7 +162,7 @@ def _shipped(placement: Placed, auvs: Auvs) -> Mover:
 
 
 def _number(name: str, part: Any, word: str, usual: float) -> float:
-    """Return the speed or the interval that somebody's own placement has, or the usual one."""
+    """Return the speed or the interval of a user-defined placement, or the usual one."""
     found = asked(PLACEMENT.key, name, getattr, part, word, usual)
     least, most = (0.001, 20.0) if word == "speed_m_per_s" else (0.1, 1e6)
     fits = isinstance(found, int | float) and not isinstance(found, bool) and least <= found <= most

@@ -1,4 +1,4 @@
-"""What the fleet knows when it places its vessels anew, and what somebody makes of it, checked."""
+"""What the fleet knows when it places its ASVs anew, and the check of a user-defined placement."""
 
 from dataclasses import dataclass
 from typing import Any, NoReturn, Protocol
@@ -15,13 +15,13 @@ from ..view import KnownFixes
 
 @dataclass(frozen=True)
 class AnchorView:
-    """What the fleet knows when it says where its m vessels are to go (survey frame, m, s).
+    """What the fleet knows when it decides where its m ASVs are to go (survey frame, m, s).
 
-    It is asked at `time`; vessels set out for what is answered at `begins`, a little later, and are
-    at `vessels` (m, 2) by then, on their way to `bound_for` (m, 2).  At first nobody has placed
-    them: both are NaN, and they are launched where they are told to go.  `working` (m,) tells who
-    has not failed.  They go at `speed` (m/s) and hear AUVs within `reach` (m), seen from above.
-    How old and how wrong AUVs' estimates are is worked out when it is asked for.
+    It is asked at `time`; ASVs set out for the answer at `begins`, a little later.  By then they
+    are at `vessels` (m, 2), under way to `bound_for` (m, 2); before the first placement both are
+    NaN, and ASVs are launched at the answer.  `working` (m,) tells which have not failed.  They go
+    at `speed` (m/s) and hear AUVs within the horizontal `reach` (m).  The age and error of AUVs'
+    estimates are worked out when they are asked for.
     """
 
     time: float
@@ -36,51 +36,50 @@ class AnchorView:
 
     @property
     def is_first(self) -> bool:
-        """Whether vessels are yet to be placed."""
+        """Whether ASVs are yet to be launched."""
         return bool(np.isnan(self.vessels).any())
 
     @property
     def since_s(self) -> Floats:
-        """How long (s) before `time` each AUV sent the ping of the last fix that was broadcast for
-        it; since the start of the mission where there was none, shape (n,).
+        """Age (s) at `time` of each AUV's last broadcast fix, since its ping was sent; since the
+        start of the mission before the first fix; shape (n,).
         """
         return self._known.since_s(self.time)
 
     @property
     def expected_error_m(self) -> Floats:
-        """How wrong (m, RMS) each AUV's estimate is expected to be at `time`: as its last fix was,
-        and what dead reckoning has drifted by on a straight way since, shape (n,).
+        """Expected error (m, RMS) of each AUV's estimate at `time`: the error of its last fix, and
+        the drift of dead reckoning on a straight path since, shape (n,).
         """
         return self._known.expected_error_m(self.time)
 
     def auvs(self, time: float) -> Floats:
-        """Return where the fleet believes AUVs to be at an instant (s) from `time` on, (n, 3), m.
+        """Return the believed positions of AUVs at an instant (s) from `time` on, (n, 3), m.
 
-        That is the last fix of each carried forward by what is planned for it; before the first,
-        what is planned from where it was launched.
+        That is the last fix of each, or at first its launch, carried forward by its plan.
         """
         return self._prediction.at(time)
 
 
 class Mover(Protocol):
-    """Says where vessels are to go; one for each mission, so that it may remember."""
+    """A placement of ASVs; one for each mission, so that it may have state."""
 
     def targets(self, view: AnchorView) -> Floats:
-        """Return where vessels are to go (m, 2), m; those that do not work are not asked for."""
+        """Return where ASVs are to go (m, 2), m; rows of failed ASVs are not used."""
 
 
 class OwnMover:
-    """Vessels that somebody's own placement, named ``module:object``, tells where to go."""
+    """A user-defined placement, named ``module:object``, whose targets are checked."""
 
     def __init__(self, name: str, mover: Any, farthest_m: float) -> None:
-        """Take what the placement was when it was made; targets lie within `farthest_m` (m)."""
+        """Take the user's placement, already made; targets must lie within `farthest_m` (m)."""
         self._name, self._mover, self._farthest = name, mover, farthest_m
 
     def targets(self, view: AnchorView) -> Floats:
-        """Return where vessels are to go (m, 2), m.
+        """Return where ASVs are to go (m, 2), m.
 
         Raises:
-            PluginError: when it raises anything, or answers no places.
+            PluginError: when the placement raises anything, or returns no positions.
         """
         count, when = len(view.vessels), f" at {view.time:g} s"
         answer = asked(PLACEMENT.key, self._name, self._mover.targets, view, when=when)
