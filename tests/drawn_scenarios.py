@@ -112,6 +112,8 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
         return draw.choice(schema["anyOf"][0]["enum"])
     if "anyOf" in schema:
         arms = [arm for arm in schema["anyOf"] if not _is_own(arm)]
+        if any(arm.get("type") == "number" for arm in arms):  # angles, which may be texts as well
+            arms = [arm for arm in arms if arm.get("type") != "string"]
         nulls = [arm for arm in arms if arm.get("type") == "null"]
         if nulls and draw.random() < NULL:
             return None
@@ -205,6 +207,7 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         route["positions_m"] = [_point(draw) for _ in range(few)]
     if route.get("kind") == "waypoints":
         route["points_m"] = [[_point(draw) for _ in range(draw.randint(2, 5))] for _ in range(few)]
+        route.pop("files", None)
     if route.get("kind") == "track":
         file = folder / f"track{draw.randrange(10**9)}.csv"
         speed = draw.choice((0.0, 0.1, 2.0, 900.0, 2e4))
@@ -224,6 +227,9 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         ring = [[10.0 + size * x, lat + size * y] for x, y in ((0, 0), (2, 0), (2, 1), (0, 0))]
         file.write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
         data["survey"]["area"] = str(file)
+    for owner in (data.get("survey", {}), route):  # names and grids are of files that have some
+        for name in ("crs", "area_name", "routes"):
+            owner.pop(name, None)
     for section, name in LISTED:
         given = data.get(section, {})
         if given.get(name) is not None:
@@ -266,6 +272,10 @@ def _moving(
         formation.pop("tracks", None)
 
 
+# Of a polygon, before it is as large as is drawn: 0.1 deg east and it is beyond 180 deg
+CORNERS_DEG = ((0, 0), (4, 0), (4, 1), (1, 2))
+
+
 def _shaped(survey: dict[str, Any], draw: random.Random) -> None:
     """Leave one shape of the survey, of a polygon mostly corners that go round."""
     given = [name for name in SHAPES if survey.get(name) is not None]
@@ -275,8 +285,13 @@ def _shaped(survey: dict[str, Any], draw: random.Random) -> None:
             survey.pop(name, None)
     if kept == "side_m" and survey.get("side_m", 1.0) is None:
         del survey["side_m"]
-    if kept in ("polygon_m", "area"):
+    if kept not in ("side_m", "size_m"):
         survey.pop("rotation_deg", None)
+    if kept == "polygon_deg":
+        lat, size = draw.choice((-60.0, 0.0, 54.3)), draw.choice((1e-4, 1e-3, 0.05))
+        survey["polygon_deg"] = [
+            [lat + size * y, math.remainder(179.9 + size * x, 360.0)] for x, y in CORNERS_DEG
+        ]
     if kept == "polygon_m":
         bearings = [2 * math.pi * k / 7 for k in range(7)]
         (x, y), scale = _point(draw), draw.choice((3.0, 100.0, 1e4))

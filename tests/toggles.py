@@ -92,6 +92,10 @@ OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
     "auvs.route.surface_every_s": [9.0],
     "survey.rotation_deg": [25.0],
+    "survey.crs": ["EPSG:32760"],
+    "survey.area_name": ["north"],
+    "auvs.route.crs": ["EPSG:32760"],
+    "auvs.route.routes": [["north", "middle", "south"]],
     "survey.depths_m": [[4.0, 6.0, 9.0]],
     "auvs.speeds_m_per_s": [[0.5, 0.7, 0.6]],
     "auvs.ping_late_s": [[0.0, 0.004, 0.09]],
@@ -146,7 +150,8 @@ UNSEEN = (
     "asvs.formation.start_m", "asvs.formation.files", "asvs.formation.tracks",
     "asvs.formation.time_offset_s",
     "asvs.formation.positions_m", "asvs.formation.positions_deg", "asvs.formation.model",
-    "survey.size_m", "survey.polygon_m", "survey.area",
+    "survey.size_m", "survey.polygon_m", "survey.polygon_deg", "survey.area", "survey.area_name",
+    "survey.crs", "auvs.route.crs", "auvs.route.routes",
     "survey.depths_m", "auvs.speeds_m_per_s", "auvs.launch_m", "auvs.recovery_m",
 )  # fmt: skip
 

@@ -11,8 +11,10 @@ import re
 import stat
 from collections.abc import Callable, Mapping
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from .files import draft_of, sync
 from .plugins import is_plugin
@@ -47,20 +49,49 @@ def kept_name(file: str, folder: str) -> str:
     """
     path = Path(file)
     try:
-        found = os.stat(path)
-        if not stat.S_ISREG(found.st_mode):
+        found = [os.stat(member) for member in members(path)]
+        if not all(stat.S_ISREG(each.st_mode) for each in found):
             return f"{folder}/{path.name}"
-        digest = _sha256(file, found.st_mtime_ns, found.st_size)[:16]
+        digest = _sha256(file, *((each.st_mtime_ns, each.st_size) for each in found))[:16]
     except OSError:
         return f"{folder}/{path.name}"
     stem = re.sub(r"[^\w.-]", "_", path.stem).removesuffix(f"-{digest}")
     ending = path.suffix if re.fullmatch(r"\.\w{1,8}", path.suffix) else ""
+    ending = PACKED if path.suffix.lower() == SHAPEFILE else ending
     return f"{folder}/{stem[:60]}-{digest}{ending}"
 
 
 @lru_cache(maxsize=4096)
-def _sha256(file: str, _changed_at: int, _size: int) -> str:
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+def _sha256(file: str, *_changed: tuple[int, int]) -> str:
+    return hashlib.sha256(contents_of(Path(file))).hexdigest()
+
+
+# A shapefile is several files; its copy is a zip archive of them, which GDAL reads as one.
+SHAPEFILE, PACKED = ".shp", ".shz"
+BESIDE = (".shx", ".dbf", ".prj", ".cpg")
+
+
+def members(path: Path) -> list[Path]:
+    """Return the files that belong to a file: itself, and of a shapefile those beside it."""
+    if path.suffix.lower() != SHAPEFILE:
+        return [path]
+    cases = [(path.with_suffix(part), path.with_suffix(part.upper())) for part in BESIDE]
+    return [path, *(case for both in cases for case in both if case.is_file())]
+
+
+def contents_of(path: Path) -> bytes:
+    """Return what a copy of a file holds.
+
+    Raises:
+        OSError: when it cannot be read.
+    """
+    if path.suffix.lower() != SHAPEFILE:
+        return path.read_bytes()
+    packed = BytesIO()
+    with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
+        for member in members(path):  # without the time of day, so that the same is the same
+            archive.writestr(ZipInfo(f"{path.stem}{member.suffix.lower()}"), member.read_bytes())
+    return packed.getvalue()
 
 
 def portable(data: Any) -> Any:
@@ -157,7 +188,7 @@ def keep(copies: Mapping[str, str], folder: Path) -> None:
         OSError: when one cannot be read or written.
     """
     for name, file in copies.items():
-        contents = Path(file).read_bytes()
+        contents = contents_of(Path(file))
         if hashlib.sha256(contents).hexdigest()[:16] not in name:
             raise ValueError(f"{file}: was changed while it was copied; run it again")
         (folder / name).parent.mkdir(exist_ok=True)

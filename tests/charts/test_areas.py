@@ -148,7 +148,7 @@ SMALL_METRES = [[-70, -50], [70, -50], [70, 50], [-70, 50], [-70, -50]]
         (collection(), r"holds no polygon \(nothing\)"),
         (
             collection(feature(POLYGON, name="a"), feature(POLYGON)),
-            r"holds 2 polygons \(feature 0 \('a'\); feature 1\); leave the one to be surveyed",
+            r"holds 2 polygons \('a'; '1'\); name the one to be surveyed in survey.area_name",
         ),
         (
             {"type": "Polygon", "coordinates": [RING, RING]},
@@ -188,7 +188,7 @@ SMALL_METRES = [[-70, -50], [70, -50], [70, 50], [-70, 50], [-70, -50]]
         ({"type": "LineString", "coordinates": [[1, 2]]}, r"a LineString needs two positions"),
         (
             {**POLYGON, "crs": {"type": "name", "properties": {"name": "EPSG:32632"}}},
-            r"its coordinate system is EPSG:32632; save it in WGS-84",
+            r"10.18, 54.33 are degrees, it seems, and EPSG:32632 \(WGS 84 / UTM zone 32N\) is in",
         ),
         ("[" * 10**5, r"is no GeoJSON: it is nested too deeply"),
     ],
@@ -207,7 +207,7 @@ def test_what_is_no_area_is_told_with_its_place_and_a_remedy(
     [
         ("<kml>", r"is no XML: no element found: line 1, column 5"),
         ("<gpx></gpx>", r"area.kml:1: begins with <gpx>; expected <kml>"),
-        ("PK\x03\x04", r"is a zip archive such as KMZ; unpack it"),
+        ("PK\x03\x04", r"is a zip archive; if it is a KMZ, let its name end in .kmz"),
         ("<kml/>", r"holds no polygon \(nothing\)"),
         (
             '<!DOCTYPE kml [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><kml>&b;</kml>',
@@ -229,7 +229,7 @@ def test_what_is_no_area_is_told_with_its_place_and_a_remedy(
         (KML.format(corners="", inner=""), r"kml:6: Polygon \('Area'\): has no coordinates"),
         (
             KML.format(corners=KML_CORNERS, inner="<innerBoundaryIs/>"),
-            r"kml:6: Polygon \('Area'\): has 1 hole",
+            r"kml:6: Polygon \('Area'\): has no coordinates",
         ),
         (KML.replace("outerBoundaryIs", "outside"), r"needs an outerBoundaryIs"),
     ],
@@ -242,8 +242,8 @@ def test_kml_that_is_none_is_told_with_its_line(tmp_path: Path, text: str, said:
 def test_files_that_are_none_are_told(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"gone.kml: cannot be read \(No such file or directory\)"):
         read_area(tmp_path / "gone.kml")
-    with pytest.raises(ValueError, match=r"area.shp: is no chart by its name; use .geojson, .json"):
-        read_area(written(tmp_path, POLYGON, "area.shp"))
+    with pytest.raises(ValueError, match=r"area.txt: is no chart by its name; use .geojson, .json"):
+        read_area(written(tmp_path, POLYGON, "area.txt"))
 
 
 def test_a_file_that_has_changed_is_read_again(tmp_path: Path) -> None:

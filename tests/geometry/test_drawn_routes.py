@@ -1,6 +1,8 @@
 """Routes that are drawn on charts: what of them is flown, and how near to them."""
 
+import json
 import math
+import zipfile
 from itertools import pairwise
 from pathlib import Path as FilePath
 
@@ -76,6 +78,118 @@ def test_a_mission_flies_them_and_its_folder_keeps_the_file(
     assert again.tables["mission"].area_covered_share.item() == pytest.approx(
         swept.item(), rel=0.02
     )
+
+
+# Two ways in Kiel fjord, latitude and longitude (deg), and charts that have them as lines
+WAYS = {
+    "north": [(54.3305, 10.16), (54.3305, 10.161), (54.331, 10.161)],
+    "south": [(54.33, 10.16), (54.33, 10.161)],
+}
+
+
+def lon_lat(way: list[tuple[float, float]], sign: str = " ") -> str:
+    return sign.join(f"{lon},{lat}" for lat, lon in way)
+
+
+def as_kml() -> str:
+    marks = [
+        f"<Placemark><name>{name}</name><LineString><coordinates>{lon_lat(way)}</coordinates>"
+        "</LineString></Placemark>"
+        for name, way in WAYS.items()
+    ]
+    area = lon_lat([(54.32, 10.15), (54.34, 10.15), (54.34, 10.17), (54.32, 10.15)])
+    ring = f"<LinearRing><coordinates>{area}</coordinates></LinearRing>"
+    polygon = f"<Polygon><outerBoundaryIs>{ring}</outerBoundaryIs></Polygon>"
+    return f"<kml><Placemark>{polygon}</Placemark>{''.join(marks)}</kml>"
+
+
+def as_geojson() -> str:
+    lines = [[[lon, lat] for lat, lon in way] for way in WAYS.values()]
+    features = [
+        {"type": "Feature", "properties": {"name": name}, "geometry": geometry}
+        for name, geometry in (
+            (name, {"type": "LineString", "coordinates": line})
+            for name, line in zip(WAYS, lines, strict=True)
+        )
+    ]
+    return json.dumps({"type": "FeatureCollection", "features": features})
+
+
+def as_plan(way: list[tuple[float, float]]) -> str:
+    """Return a plan of QGroundControl: way points, the last leg as the transect of a survey."""
+    *first, begin, end = way
+    items = [
+        {"type": "SimpleItem", "command": 178, "params": [1, 1.5, -1, 0, 0, 0, 0]},  # a speed
+        *(
+            {"type": "SimpleItem", "command": 16, "params": [0, 0, 0, None, lat, lon, -8]}
+            for lat, lon in first
+        ),
+        {
+            "type": "ComplexItem",
+            "complexItemType": "CorridorScan",
+            "TransectStyleComplexItem": {"Items": [], "VisualTransectPoints": [begin, end]},
+        },
+    ]
+    return json.dumps({"fileType": "Plan", "version": 1, "mission": {"version": 2, "items": items}})
+
+
+def test_lines_of_any_chart_are_ways(tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each format says the same, in its order or by names; areas beside them are none."""
+    monkeypatch.chdir(tmp_path)
+    FilePath("plan.yaml").write_text(PLAN.replace("count: 1", "count: 2"))
+    FilePath("ways.kml").write_text(as_kml())
+    with zipfile.ZipFile("ways.kmz", "w") as archive:
+        archive.writestr("doc.kml", as_kml())
+    FilePath("ways.geojson").write_text(as_geojson())
+    for name, way in WAYS.items():
+        FilePath(f"{name}.plan").write_text(as_plan(way))
+    names = [f"<rte><name>{name}</name>{rte(*way)}</rte>" for name, way in WAYS.items()]
+    FilePath("ways.gpx").write_text(f"<gpx>{''.join(names)}<trk/></gpx>")
+
+    def lengths(files: str, more: str = "") -> list[float]:
+        option = f"auvs.route={{kind: waypoints, files: {files}{more}}}"
+        plans = Setup(load_scenario("plan.yaml", overrides=[option])).plans
+        return [plan.path.length for plan in plans]
+
+    expected = lengths("[ways.gpx]")
+    assert expected[1] == pytest.approx(65.1, abs=0.1)
+    for files in ("[ways.kml]", "[ways.kmz]", "[ways.geojson]", "[north.plan, south.plan]"):
+        assert lengths(files) == pytest.approx(expected, abs=1e-6)
+        assert lengths(files, ", routes: [south, north]") == pytest.approx(expected[::-1], abs=1e-6)
+    option = "auvs.route={kind: waypoints, files: [ways.kml], routes: [south, west]}"
+    told = call("validate", "plan.yaml", "--set", option).output
+    assert "no line of the files is named 'west'; there is 'north', 'south'" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.plan", "{}", 'is no plan of QGroundControl: it needs "fileType": "Plan"'),
+        ("a.plan", '{"fileType": "Plan"}', "its mission needs a list of items; got nothing"),
+        (
+            "a.plan",
+            '{"fileType": "Plan", "mission": {"items": []}}',
+            "holds no line (nothing); draw the way of each AUV as a line",
+        ),
+        (
+            "a.plan",
+            '{"fileType": "Plan", "mission": {"items": [{"command": 16, "params": [1]}]}}',
+            "a.plan: item 0: needs seven params; got [1]",
+        ),
+        ("a.kml", "<kml/>", "a.kml: holds no line (nothing)"),
+        ("a.geojson", '{"type": "Point", "coordinates": [1, 2]}', "holds no line (1 point)"),
+    ],
+)
+def test_charts_without_ways_are_told(
+    name: str, text: str, words: str, tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    FilePath("plan.yaml").write_text(PLAN)
+    FilePath(name).write_text(text)
+    option = f"auvs.route={{kind: waypoints, files: [{name}]}}"
+    told = call("validate", "plan.yaml", "--set", option)
+    assert told.exit_code == 2
+    assert words in told.output
 
 
 def test_vehicles_come_to_a_route_and_leave_it(tmp_path: FilePath) -> None:
@@ -173,7 +287,7 @@ def test_what_is_wrong_with_routes_is_told_at_their_key(
         assert done.exit_code == 2
         return done.output
 
-    assert "files: needs one route (rte) per AUV: 3 expected, 2 given" in told("[r.gpx]", 3)
+    assert "files: needs one line per AUV: 3 expected, 2 given" in told("[r.gpx]", 3)
     assert "auvs.route.files.1: needs at least two points, those in a row" in told("[r.gpx]")
     assert "t.gpx: holds no route (rte); tracks with times are flown by" in told("[t.gpx]", 1)
     assert "auvs.route.files: no such file" in told("[gone.gpx]").replace("files.0", "files")

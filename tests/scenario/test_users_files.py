@@ -78,7 +78,7 @@ def test_parts_without_coordinates_and_lines_beside_a_polygon_do_not_count(tmp_p
         assert read_area(tmp_path / "a.geojson") == read_area(CASES / "poly.geojson")
     data = {"type": "GeometryCollection", "geometries": [line, line]}
     (tmp_path / "a.geojson").write_text(json.dumps(data))
-    with pytest.raises(ValueError, match=r"holds 2 polygons .*; leave the one to be surveyed"):
+    with pytest.raises(ValueError, match=r"holds 2 polygons .*; name the one to be surveyed"):
         read_area(tmp_path / "a.geojson")
 
 

@@ -237,6 +237,12 @@ RULES = (
         "the AUVs go where their route says, whichever way the survey is turned",
         effect="changes only what counts as survey",
     ),
+    idle({"survey.area": (None,)}, "survey.{crs,area_name}", "no chart has the area"),
+    idle(
+        {"auvs.route.kind": ("waypoints",), "auvs.route.files": ((),)},
+        "auvs.route.{crs,routes}",
+        "no chart has the ways",
+    ),
     idle({"survey.depths_m": GIVEN}, "survey.depth_m", "each AUV has a depth of its own"),
     idle({"auvs.speeds_m_per_s": GIVEN}, "auvs.speed_m_per_s", "each AUV has its own speed"),
     idle({"auvs.launch_m": GIVEN}, "auvs.route.start", "the AUVs begin where they are launched"),

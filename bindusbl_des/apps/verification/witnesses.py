@@ -61,7 +61,7 @@ def staged(case: Case, actors: Mapping[int, Actor], duration_s: float, sound_spe
     survey = dumped.get("survey", {})
     shape = ("side_m", "size_m", "polygon_m", "rotation_deg")
     outline = {name: survey[name] for name in shape if name in survey}
-    if "area" in survey:  # is in a file
+    if scenario.survey.corners_deg:  # which are about an origin that a witness has not
         outline = {"polygon_m": [list(corner) for corner in case.setup.area.outline]}
     # Who does not act is where no ASV hears it, apart from all others.
     reach = case.hf.range_m + scenario.protocol.conflict_margin_m

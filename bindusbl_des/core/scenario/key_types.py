@@ -11,10 +11,12 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     Strict,
     ValidatorFunctionWrapHandler,
+    WithJsonSchema,
     WrapValidator,
     model_validator,
 )
@@ -33,9 +35,49 @@ Whole = Annotated[int, Strict()]
 Text = Annotated[str, Strict(), Field(pattern=PRINTABLE)]
 Coordinate = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
 Point = tuple[Coordinate, Coordinate]
-Latitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-90, le=90)]
-Longitude = Annotated[float, Strict(), Field(allow_inf_nan=False, ge=-180, le=180)]
-Position = tuple[Latitude, Longitude]
+
+
+def angle_of(sides: str) -> BeforeValidator:
+    """Return what reads texts such as "33 51.4 S" as degrees."""
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        from ...models.charts.positions import angle  # which numbers do not need
+
+        try:
+            return angle(value, sides)
+        except ValueError as error:
+            raise PydanticCustomError("place", "{text}", {"text": str(error)}) from None
+
+    return BeforeValidator(read)
+
+
+def _place(value: Any) -> Any:
+    """Read texts such as "33 51.4 S, 151 12.5 E" as latitude and longitude."""
+    if not isinstance(value, str):
+        return value
+    from ...models.charts.positions import place
+
+    try:
+        return place(value)
+    except ValueError as error:
+        raise PydanticCustomError("place", "{text}", {"text": str(error)}) from None
+
+
+def or_text(most: int, *others: str) -> WithJsonSchema:
+    """Return the schema of an angle (deg) up to so many, a text, or values of other types."""
+    number = {"type": "number", "minimum": -most, "maximum": most}
+    return WithJsonSchema({"anyOf": [number, *({"type": kind} for kind in ("string", *others))]})
+
+
+Latitude = Annotated[
+    float, Strict(), Field(allow_inf_nan=False, ge=-90, le=90), angle_of("NS"), or_text(90)
+]
+Longitude = Annotated[
+    float, Strict(), Field(allow_inf_nan=False, ge=-180, le=180), angle_of("EW"), or_text(180)
+]
+Position = Annotated[tuple[Latitude, Longitude], BeforeValidator(_place)]
 
 
 def known_preset(kind: str, name: str) -> str:

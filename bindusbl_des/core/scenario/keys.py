@@ -264,6 +264,8 @@ def _choices(annotation: Any) -> tuple[str, ...]:
 def _type(annotation: Any) -> str:
     """Return a type in words, such as "list of [x, y], or null"."""
     origin, arms = get_origin(annotation), get_args(annotation)
+    if annotation == Position:
+        return "[lat, lon]"
     if origin is Annotated:
         return _type(arms[0])
     if origin in (Union, UnionType):
@@ -274,7 +276,7 @@ def _type(annotation: Any) -> str:
     if origin is tuple:
         if arms[-1] is Ellipsis:
             return f"list of {' | '.join(_choices(arms[0])) or _type(arms[0])}"
-        return "[lat, lon]" if annotation == Position else f"[{', '.join('xyz'[: len(arms)])}]"
+        return f"[{', '.join('xyz'[: len(arms)])}]"
     if parts := _parts(annotation):
         return f"{{{', '.join(parts[0].model_fields)}}}"
     if origin is Mapping:

@@ -5,7 +5,7 @@ and knows nothing of files, clocks or random numbers: the same scenario run with
 the same mission.
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -16,7 +16,9 @@ from .key_types import (
     Real,
     Text,
     Whole,
+    angle_of,
     key,
+    or_text,
 )
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
@@ -29,14 +31,14 @@ from .sections.vehicles import Asvs, Auvs
 class Origin(Part):
     """Where on Earth x = y = 0 (WGS-84); +x is north there, +y east."""
 
-    lat_deg: Real | None = key(
+    lat_deg: Annotated[Real | None, angle_of("NS"), or_text(90, "null")] = key(
         None,
         "deg",
         "latitude where x = y = 0, for places in degrees and exports; null = nowhere",
         ge=-90,
         le=90,
     )
-    lon_deg: Real | None = key(
+    lon_deg: Annotated[Real | None, angle_of("EW"), or_text(180, "null")] = key(
         None, "deg", "longitude where x = y = 0, positive to the east", ge=-180, le=180
     )
 

@@ -121,8 +121,8 @@ class Site(Facts):
 
     @fact
     def origin_deg(self) -> Position | None:
-        """Latitude and longitude (deg) of x = y = 0: as given, or the centroid of the area that a
-        file describes; None for a site that is nowhere on Earth.
+        """Latitude and longitude (deg) of x = y = 0: as given, or the centroid of an area in
+        degrees; None for a site that is nowhere on Earth.
         """
         given = self.scenario.environment.origin.coordinates
         corners = self.scenario.survey.corners_deg
@@ -137,14 +137,14 @@ class Site(Facts):
         """
         survey = self.scenario.survey
         turn = math.radians(survey.rotation_deg)
-        if survey.area and self.origin_deg is not None:
-            return polygon(in_metres(survey.corners_deg, self.origin_deg))
         if survey.polygon_m is not None:
             return polygon(survey.polygon_m)
         if survey.size_m is not None:
             return rectangle(*survey.size_m, turn)
-        assert survey.side_m is not None, "a scenario has one shape"
-        return rectangle(survey.side_m, survey.side_m, turn)
+        if survey.side_m is not None:
+            return rectangle(survey.side_m, survey.side_m, turn)
+        assert self.origin_deg is not None, "a scenario has one shape, or corners in degrees"
+        return polygon(in_metres(survey.corners_deg, self.origin_deg))
 
     @fact
     def swath_m(self) -> float | None:

@@ -25,16 +25,17 @@ class NoPlace(BadChart, Unmeasured):
 
 
 class Shape(NamedTuple):
-    """A shape of a chart: what it is, what a message calls it, its corners and its holes.
+    """A shape of a chart: what it is, what a message calls it, its corners, its holes, its name.
 
     `kind` is "point", "line" or "polygon"; `corners` are latitude and longitude (deg), of a polygon
-    without the first one repeated; `holes` counts the rings within a polygon.
+    without the first one repeated; so are `holes`, the rings within a polygon.
     """
 
     kind: str
     where: str
     corners: tuple[Degrees, ...]
-    holes: int = 0
+    holes: tuple[tuple[Degrees, ...], ...] = ()
+    name: str = ""
 
 
 def position(lat: float, lon: float, place: str, order: str) -> Degrees:
@@ -59,7 +60,8 @@ def position(lat: float, lon: float, place: str, order: str) -> Degrees:
         )
     raise BadChart(
         f"{place}: latitude {lat:.9g}, longitude {lon:.9g} are no degrees (beyond 90 and 360); "
-        f"metres, or a projected grid such as UTM? write {order} of WGS-84 in degrees"
+        f"metres, or a projected grid such as UTM? write {order} of WGS-84 in degrees, or name "
+        "the grid of a GeoJSON file or a shapefile (crs: EPSG:32760)"
     )
 
 

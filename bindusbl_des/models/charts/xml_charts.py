@@ -1,17 +1,17 @@
-"""Charts in XML: areas in KML, tracks and areas in GPX."""
+"""Charts in XML: areas and lines in KML and KMZ, tracks, routes and areas in GPX."""
 
 import math
 import re
+import zipfile
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 from xml.parsers import expat
 
 from ...support.files import regular, text_of
-from ...support.tables import of_file
 from ...support.wording import shortened
 from .shapes import (
     BadChart,
@@ -19,7 +19,6 @@ from .shapes import (
     Sample,
     Shape,
     above_sea,
-    around,
     checked,
     position,
     ring,
@@ -82,12 +81,15 @@ def read_xml(path: str | Path, root: str) -> Element:
     """
     try:
         with open(regular(path, LARGEST_FILE), "rb") as file:
-            raw = file.read()
+            return _tree(file.read(), str(path), root)
     except OSError as error:
         raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _tree(raw: bytes, path: str, root: str) -> Element:
     if raw.startswith(b"PK"):
-        raise BadChart(f"{path}: is a zip archive such as KMZ; unpack it and name the .kml in it")
-    found = _Tree(str(path)).read(raw)
+        raise BadChart(f"{path}: is a zip archive; if it is a KMZ, let its name end in .kmz")
+    found = _Tree(path).read(raw)
     if found.name != root:
         raise BadChart(f"{path}:{found.line}: begins with <{found.name}>; expected <{root}>")
     return found
@@ -156,8 +158,35 @@ def read_kml(path: str | Path) -> list[Shape]:
     Raises:
         BadChart: naming file, line and remedy.
     """
-    root = read_xml(path, "kml")
-    return [shape for mark in root.within("Placemark") for shape in _shapes(mark, str(path))]
+    return _marked(read_xml(path, "kml"), str(path))
+
+
+def read_kmz(path: str | Path) -> list[Shape]:
+    """Return the shapes of the KML in a KMZ file, a zip archive: of the first, as readers do.
+
+    Raises:
+        BadChart: naming file, line and remedy.
+    """
+    try:
+        with zipfile.ZipFile(regular(path, LARGEST_FILE)) as archive:
+            inside = [name for name in archive.namelist() if name.lower().endswith(".kml")]
+            if not inside:
+                raise BadChart(f"{path}: holds no .kml; save it anew, or save KML")
+            with archive.open(inside[0]) as file:
+                raw = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise BadChart(f"{path}: cannot be read ({error.strerror})") from None
+    except (zipfile.BadZipFile, zlib.error, RuntimeError, EOFError) as error:
+        what = "is empty" if not Path(path).stat().st_size else f"is no KMZ: {error}"
+        raise BadChart(f"{path}: {what}; save it anew, or save KML") from None
+    if len(raw) > LARGEST_FILE:
+        raise BadChart(f"{path}: {inside[0]} in it is larger than {LARGEST_FILE:,} bytes")
+    where = f"{path}: {shortened(inside[0])}"
+    return _marked(_tree(raw, where, "kml"), where)
+
+
+def _marked(root: Element, path: str) -> list[Shape]:
+    return [shape for mark in root.within("Placemark") for shape in _shapes(mark, path)]
 
 
 def _shapes(mark: Element, path: str) -> Iterator[Shape]:
@@ -165,7 +194,7 @@ def _shapes(mark: Element, path: str) -> Iterator[Shape]:
     for geometry in mark.within(*KINDS):
         place = f"{path}:{geometry.line}: {geometry.name}"
         where = f"{place} ({shortened(repr(name))})" if name else place
-        yield checked(_shape(geometry, path, where))
+        yield checked(_shape(geometry, path, where)._replace(name=name))
 
 
 def _shape(geometry: Element, path: str, where: str) -> Shape:
@@ -174,8 +203,9 @@ def _shape(geometry: Element, path: str, where: str) -> Shape:
         outer = next(geometry.within("outerBoundaryIs"), None)
         if outer is None:
             raise BadChart(f"{where}: needs an outerBoundaryIs with a LinearRing")
-        holes = len(list(geometry.within("innerBoundaryIs")))
-        return Shape(kind, where, ring(_positions(outer, path, where), where), holes)
+        inner = geometry.within("innerBoundaryIs")
+        holes = (ring(_positions(hole, path, where), f"{where}: a hole") for hole in inner)
+        return Shape(kind, where, ring(_positions(outer, path, where), where), tuple(holes))
     return Shape(kind, where, tuple(_positions(geometry, path, where)))
 
 
@@ -223,43 +253,40 @@ def read_gpx(path: str) -> Iterator[tuple[str, Callable[[], Sample]]]:
 
 
 def read_gpx_shapes(path: str | Path) -> list[Shape]:
-    """Return routes, segments of tracks and waypoints as shapes; what ends where it began is a
-    polygon: GPX has no others.
+    """Return routes, segments of tracks and waypoints as shapes: GPX has no polygons.
 
     Raises:
         BadChart: naming file, line and remedy.
     """
     root = read_xml(path, "gpx")
-    lines = [_outline(path, route, "rtept") for route in root.within("rte")]
-    lines += [_outline(path, segment, "trkpt") for segment in root.within("trkseg")]
+    tracks = [_line(path, segment, "trkpt") for segment in root.within("trkseg")]
     points = [(f"{path}:{point.line}: wpt", point) for point in root.within("wpt")]
-    return [*lines, *(Shape("point", where, (_place(where, point),)) for where, point in points)]
+    marks = [Shape("point", where, (_place(where, point),)) for where, point in points]
+    return [*_gpx_routes(path, root), *tracks, *marks]
 
 
-@of_file(16)
-def read_routes(path: str) -> tuple[tuple[Degrees, ...], ...]:
-    """Return the points of each route (rte) in a GPX file, latitude and longitude (deg), in the
-    order of the file; points that follow one another at one place are one.
+def read_gpx_routes(path: str | Path) -> list[Shape]:
+    """Return the routes (rte) of a GPX file as lines.
 
     Raises:
-        BadChart: naming file, line and remedy.
+        BadChart: naming file, line and remedy; when there are none.
     """
-    routes = [_points(path, route, "rtept") for route in read_xml(path, "gpx").within("rte")]
+    routes = _gpx_routes(path, read_xml(path, "gpx"))
     if not routes:
         raise BadChart(
             f"{path}: holds no route (rte); tracks with times are flown by auvs.route.kind: track"
         )
-    return tuple(tuple(place for place, _ in groupby(route)) for route in routes)
+    return routes
 
 
-def _points(path: str | Path, line: Element, name: str) -> tuple[Degrees, ...]:
-    return tuple(_place(f"{path}:{point.line}", point) for point in line.within(name))
+def _gpx_routes(path: str | Path, root: Element) -> list[Shape]:
+    return [_line(path, route, "rtept") for route in root.within("rte")]
 
 
-def _outline(path: str | Path, line: Element, name: str) -> Shape:
+def _line(path: str | Path, line: Element, point: str) -> Shape:
     where = f"{path}:{line.line}: {line.name}"
-    drawn = Shape("line", where, _points(path, line, name))
-    return checked(around(drawn) or drawn)
+    places = (_place(f"{path}:{place.line}", place) for place in line.within(point))
+    return checked(Shape("line", where, tuple(places), name=line.text_in("name")))
 
 
 def _place(where: str, point: Element) -> Degrees:

@@ -38,7 +38,7 @@ def _shape(site: Site) -> Iterator[Problem]:
             tuple(f"survey.{name}" for name in SHAPES),
         )
         return
-    if shapes[0] in ("polygon_m", "area") and survey.rotation_deg:
+    if shapes[0] not in ("side_m", "size_m") and survey.rotation_deg:
         yield Problem(
             "survey.rotation_deg",
             "turns squares and rectangles; turn the corners of a polygon, and remove it",
@@ -148,7 +148,8 @@ def places_problems(site: Site) -> Iterator[Problem]:
     given, corners = list(_in_degrees(site)), site.scenario.survey.corners_deg
     origin = site.origin_deg
     if origin is not None:
-        yield from _far([("survey.area", corner) for corner in corners], origin)
+        key = f"survey.{site.scenario.survey.shapes[-1]}"
+        yield from _far([(key, corner) for corner in corners], origin)
     for key, other, is_double, positions in given:
         section = key.rpartition(".")[0]
         if is_double:
@@ -205,7 +206,7 @@ def route_problems(site: Site) -> Iterator[Problem]:
         yield Problem(
             f"auvs.route.{name}",
             f"needs one {each} per AUV: {auvs.count} expected, {given} given",
-            ("auvs.count", "auvs.route.kind"),
+            ("auvs.count", "auvs.route.kind", "auvs.route.files"),
         )
     vehicle = auvs.vehicle
     if route.surfacing is not None and vehicle.is_steered:

@@ -83,7 +83,7 @@ def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> 
         return Finding(path, _not_a_section(path, value))
     if kind == "moved":
         return Finding((*path, error["ctx"]["key"]), str(error["msg"]), at_key=True)
-    if kind in ("vehicle", "part", "file"):
+    if kind in ("vehicle", "part", "file", "place"):
         return Finding(path, str(error["msg"]))
     return Finding(path, _wrong_value(error, _row(path), path, value))
 

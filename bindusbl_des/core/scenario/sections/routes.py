@@ -10,6 +10,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Tag,
+    ValidationInfo,
     field_validator,
     model_serializer,
     model_validator,
@@ -250,14 +251,15 @@ class Hold(Planned):
 # What `files` are: one key of two kinds of routes.
 RECORDED_OR_DRAWN = (
     "tracks, one per AUV: CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, GPX or "
-    "MCAP; of waypoints, instead of points, GPX files that together hold a route (rte) for each "
-    "AUV, such as the plan.gpx of a plan; relative to the scenario file"
+    "MCAP; of waypoints, instead of points, charts that together hold a line for each AUV: GPX (a "
+    "route, rte, as in the plan.gpx of a plan), KML, KMZ, GeoJSON, QGroundControl .plan, "
+    "shapefile, GeoPackage, DXF; relative to the scenario file"
 )
 
 
 class Waypoints(Flown):
-    """Each AUV follows its own list of waypoints along Dubins curves, there and back; or a route of
-    a GPX file, which it follows inside its corners, as autopilots do.
+    """Each AUV follows its own list of waypoints along Dubins curves, there and back; or a line of
+    a chart, which it follows inside its corners, as autopilots do.
     """
 
     PLACES: ClassVar[str] = "points"
@@ -268,22 +270,28 @@ class Waypoints(Flown):
     points_deg: tuple[tuple[Position, ...], ...] = key(
         (), "deg", "per AUV a list of [lat, lon] instead, with environment.origin (WGS-84)"
     )
+    crs: Text | None = key(
+        None, "", "code of the grid of the files, such as EPSG:32760, where they name none"
+    )
+    routes: tuple[Text, ...] = key(
+        (), "", "per AUV the name of its line in the files; none = all their lines in their order"
+    )
     files: tuple[Text, ...] = key((), "", RECORDED_OR_DRAWN)
 
     @field_validator("files")
     @classmethod
-    def _readable(cls, files: tuple[str, ...]) -> tuple[str, ...]:
-        _routes(files)
+    def _readable(cls, files: tuple[str, ...], others: ValidationInfo) -> tuple[str, ...]:
+        _routes(files, others.data.get("crs"), others.data.get("routes", ()))
         return files
 
-    # The points, latitude and longitude (deg), of the files' routes.
+    # The points, latitude and longitude (deg), of the files' lines.
     _routes_deg: tuple[tuple[Position, ...], ...] = ()
 
     @model_validator(mode="after")
     def _read(self) -> Self:
         if self.files and (self.points_m or self.points_deg):
             raise PydanticCustomError("twice", "gives points beside files; keep one of them")
-        self._routes_deg = _routes(self.files)
+        self._routes_deg = _routes(self.files, self.crs, self.routes)
         return self
 
     @property
@@ -317,17 +325,21 @@ class Waypoints(Flown):
         """Yield the lists of points, if they are not one for each AUV."""
         given = len(self.positions or self.points_m)
         if given != auvs:
-            yield self.places_key, "route (rte)" if self.files else "list of points", given
+            yield self.places_key, "line" if self.files else "list of points", given
 
 
-def _routes(files: tuple[str, ...]) -> tuple[tuple[Position, ...], ...]:
-    """Return the routes in GPX files, one after the other."""
-    from ....models.charts.xml_charts import read_routes  # which other routes do not need
+def _routes(
+    files: tuple[str, ...], crs: str | None, names: tuple[str, ...]
+) -> tuple[tuple[Position, ...], ...]:
+    """Return the lines of charts, one after the other, or those that are named."""
+    from ....models.charts.areas import named_route, read_routes  # which other routes do not need
 
     try:
-        return tuple(route for file in files for route in read_routes(file))
+        found = [route for file in files for route in read_routes(file, crs or "")]
+        routes = [named_route(found, name) for name in names] if files and names else found
     except ValueError as error:
         raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
+    return tuple(route.points for route in routes)
 
 
 class Track(Planned):

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import (
     Field,
     PlainSerializer,
+    ValidationInfo,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
     WrapValidator,
@@ -21,7 +22,7 @@ Side = Annotated[Real, Field(ge=0.1, le=1e5)]
 Depth = Annotated[Real, Field(ge=0, le=11e3)]
 
 # Keys each of which says what the area is; the first of them unless another is given.
-SHAPES = ("side_m", "size_m", "polygon_m", "area")
+SHAPES = ("side_m", "size_m", "polygon_m", "polygon_deg", "area")
 
 
 class Survey(Part):
@@ -41,12 +42,24 @@ class Survey(Part):
     polygon_m: tuple[Point, ...] | None = key(
         None, "m", "corners [x, y] of a survey area that is a simple polygon, going round"
     )
+    polygon_deg: tuple[Position, ...] | None = key(
+        None,
+        "deg",
+        "corners [lat, lon] of a survey area that is a simple polygon, going round; x and y are "
+        "about environment.origin, or else about its centroid",
+    )
+    crs: Text | None = key(
+        None, "", "code of the grid of the file `area`, such as EPSG:32760, where that names none"
+    )
+    area_name: Text | None = key(
+        None, "", "name of the polygon in the file `area` that is the survey, if it has several"
+    )
     area: Text | None = key(
         None,
         "",
-        "GeoJSON or KML file with the polygon of the survey area, or GPX with a route around it; "
-        "relative to the scenario file; x and y are about environment.origin, or else about its "
-        "centroid",
+        "chart with the polygon of the survey area: GeoJSON, KML, KMZ, GPX (a route around it), "
+        "shapefile, GeoPackage, DXF, QGroundControl .plan; relative to the scenario file; x and y "
+        "are about environment.origin, or else about its centroid",
     )
     depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
     depths_m: tuple[Depth, ...] | None = key(
@@ -59,14 +72,14 @@ class Survey(Part):
         "the spacing of the lanes",
     )
 
-    # Corners, latitude and longitude (deg), of the polygon in the file, as it was read.
+    # Corners, latitude and longitude (deg), of the polygon, as it was given or read.
     _corners_deg: tuple[Position, ...] = ()
 
     @field_validator("area")
     @classmethod
-    def _readable(cls, file: str | None) -> str | None:
+    def _readable(cls, file: str | None, others: ValidationInfo) -> str | None:
         if file is not None:
-            _read(file)
+            _read(file, others.data.get("crs"), others.data.get("area_name"))
         return file
 
     @model_validator(mode="after")
@@ -76,12 +89,14 @@ class Survey(Part):
         if given and "side_m" not in self.model_fields_set:
             self.__dict__["side_m"] = None
         if self.area is not None:
-            self._corners_deg = _read(self.area)
+            self._corners_deg = _read(self.area, self.crs, self.area_name)
+        elif self.polygon_deg is not None:
+            self._corners_deg = self.polygon_deg
         return self
 
     @property
     def corners_deg(self) -> tuple[Position, ...]:
-        """The corners of the file's polygon, latitude and longitude (deg); none without a file."""
+        """The corners of the polygon, latitude and longitude (deg); none of an area in metres."""
         return self._corners_deg
 
     @property
@@ -99,11 +114,11 @@ class Survey(Part):
         return self.depths_m[auv] if self.depths_m else self.depth_m
 
 
-def _read(file: str) -> tuple[Position, ...]:
+def _read(file: str, crs: str | None, name: str | None) -> tuple[Position, ...]:
     from ....models.charts.areas import read_area  # which other surveys do not need
 
     try:
-        return read_area(file)
+        return read_area(file, crs or "", name or "")
     except ValueError as error:
         raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
 
