@@ -73,9 +73,10 @@ assert team["simulated"]["high"][0] < 0.5
 # ## What would break it?
 
 # %%
-doubts = {doubt["told"]: doubt for doubt in answer.record["sensitivity"]}
+doubts = {doubt["told"]: doubt for doubt in answer.record["sensitivity"] if not doubt["known"]}
+verdicts = {True: "met", False: "not met", None: "undecided"}
 for told, doubt in doubts.items():
-    print(f"{doubt['mean'][0]:.2f} m   {'met    ' if doubt['met'] else 'not met'}   {told}")
+    print(f"{doubt['mean'][0]:.2f} m   {verdicts[doubt['met']]:<9}   {told}")
 
 # %% [markdown]
 # **Shorter ranges and a wrong speed of sound.** Pings that are heard 20 % less far cost the goal,

@@ -44,7 +44,7 @@ def test_the_answer_is_told_first(chart: Record) -> None:
     assert "with the filter as planned" not in page  # of older plans nobody knows
     cases = [{**case, "known": False} for case in record()["sensitivity"]]
     untold = plan_page({**record(), "told": told, "sensitivity": cases}, chart)
-    assert untold.count("simulated with the filter as planned: nobody tells it") == 2
+    assert untold.count("imulated with the filter as planned, since the crew does not know") == 2
 
 
 def test_predicted_and_simulated_are_told_apart(chart: Record) -> None:

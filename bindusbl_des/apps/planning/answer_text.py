@@ -13,7 +13,7 @@ from ...core.setup import Setup
 from ...support.kept_files import portable
 from ...support.wording import amount, counted, filled, significant, with_ends
 from ..preflight.whereabouts import idle
-from .doubting import became_of, plainly
+from .doubting import became_of, by_surprise, plainly
 from .folder import COMPLETE, CUT, shown_first
 from .goals import Goal, limits_text, unit_of_goal, value_text
 from .prediction.inputs import STATED_ERROR
@@ -23,7 +23,7 @@ from .selecting import Estimate, Selection
 from .teams import Team, band, excess, is_instant
 
 # Said of the conditions that are worse
-UNTOLD = "(each flown with the filter as planned: nobody tells it)"
+UNTOLD = "(flown with the filter as planned, since the crew does not know)"
 
 # So many candidates beside the answer `plan.json` names.
 MOST_RUNNERS_UP = 3
@@ -237,7 +237,7 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
         if None not in (where := (place["lat_deg"], place["lon_deg"]))
     ]
     next_best = [record["candidates"][number] for number in record["runners_up"]]
-    doubts = [_doubt_text(doubt) for doubt in record["sensitivity"]]
+    doubts = [_doubt_text(*cases) for cases in by_surprise(record["sensitivity"])]
     for name, items in (
         ("begin at" if record["ways"] else "places", on_earth),
         ("runners-up", [f"{team['team']}: {team['told']}" for team in next_best]),
@@ -253,13 +253,17 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     return "\n".join(lines)
 
 
-def _doubt_text(doubted: Mapping[str, Any]) -> str:
-    """Return what becomes of the goals in a condition."""
-    means, planned = (
-        ", ".join("-" if mean is None else significant(mean) for mean in case["mean"])
-        for case in (doubted, doubted["as_planned"])
-    )
-    return f"{doubted['told']}: {means} instead of {planned}, {became_of(doubted)}"
+def _doubt_text(doubted: Mapping[str, Any], known: Mapping[str, Any] | None) -> str:
+    """Return what becomes of the goals in a condition, and of their means if filters know of it."""
+
+    def means(case: Mapping[str, Any]) -> str:
+        pairs = zip(case["mean"], doubted["unit"], strict=True)
+        known = [("-" if mean is None else significant(mean), unit) for mean, unit in pairs]
+        return ", ".join(" ".join(pair).strip() for pair in known)
+
+    planned, became = means(doubted["as_planned"]), became_of(doubted)
+    text = f"{doubted['told']}: {means(doubted)} instead of {planned}, {became}"
+    return text if known is None else f"{text} ({means(known)} if the filter knows)"
 
 
 def record(outcome: Outcome, run: str, ways: Mapping[str, Any] | None) -> dict[str, Any]:

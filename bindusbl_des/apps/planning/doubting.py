@@ -2,6 +2,7 @@
 and what more vessels would bring: teams that cost more than the answer, flown a few times.
 
 A crew is not told of a surprise: filters stay as planned, and model the errors of the scenario.
+Beside each surprise that a filter could know of stands what it came to if it did.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,11 +18,12 @@ from ...core.geometry.formation import ring_radius
 from ...core.scenario.agreement.instruments import ASSUMED
 from ...core.scenario.files.overrides import put
 from ...core.scenario.sections.navigation import Drift
+from ...core.scenario.sections.usbl import UsblSection
 from ...support.arrays import Floats
 from ...support.plain_data import value_at
 from ..campaigns.statistics.intervals import Intervals, intervals
 from ..preflight.fix_chance import loses_pings
-from .goals import Goal
+from .goals import Goal, unit_of_goal
 from .selecting import (
     SPENT,
     CutOff,
@@ -83,6 +85,10 @@ LONGER, BURST_S = 3.0, 10.0
 # So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
 SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
 
+# So much of the variance of a USBL's errors lasts for so long (s), so far (deg, standard deviation)
+# are arrays turned; where a scenario says as much, they last longer, or are turned twice as far.
+SLOW, SLOW_S, ASKEW_DEG = 0.9, 600.0, 1.0
+
 # Whether the goals are met in a condition is known with so much confidence, after so many missions
 # at most.
 CONFIDENCE, SEEDS = 0.95, max(SPENT)
@@ -102,29 +108,38 @@ DRIFTS = (
 
 @dataclass(frozen=True)
 class Doubt:
-    """A condition that is worse: what it is, and the team in it.
+    """A condition that is worse: what it is in a word and in words, and the team in it.
 
     `without` is the team without the condition, judged over the same time; None is the answer.
+    `known` tells that filters know of it.
     """
 
+    what: str
     words: str
     keys: Keys
     team: Team
     without: Team | None = None
+    known: bool = False
 
 
 def doubts(team: Team) -> list[Doubt]:
-    """Return the conditions in which a team is to be flown; without those that make no scenario."""
+    """Return the conditions in which a team is to be flown, each that filters could know of twice:
+    they do not, and they do; without those that make no scenario.
+    """
     found = []
-    for words, keys in worse(team):
-        told = {**keys, **_as_planned(team, keys)}
-        if changed := team.changed(told):
-            found.append(Doubt(words, told, changed))
+    for what, words, keys in worse(team):
+        for known, assumed in enumerate(_assumed(team, keys)):
+            whole = {**keys, **assumed}
+            if changed := team.changed(whole):
+                told = f"{words}, known to the filter" if known else words
+                found.append(Doubt(what, told, whole, changed, known=bool(known)))
     return [*found[:1], *_lost(team), *found[1:]]
 
 
-def worse(team: Team) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield what may be worse than a team's scenario has it, and the keys that make it so."""
+def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield what may be worse than a team's scenario has it, in a word and in words, and the keys
+    that make it so.
+    """
     setup, scenario = team.setup, team.scenario
     bands, navigation = {HF: scenario.acoustics.hf, MF: scenario.acoustics.mf}, scenario.navigation
     # Only of a disc the range bounds what is heard.
@@ -132,7 +147,7 @@ def worse(team: Team) -> Iterator[tuple[str, dict[str, Any]]]:
     if discs:
         ranges = {f"{name}.range_m": _rounded(SHORTER * bands[name].range_m, 6) for name in discs}
         which = "ranges" if len(discs) == len(bands) else f"{discs[0][-2:].upper()} range"
-        yield f"{which} {100 * (SHORTER - 1):+.0f} %", {**ranges, **_kept(team)}
+        yield "ranges", f"{which} {100 * (SHORTER - 1):+.0f} %", {**ranges, **_kept(team)}
     lossy = [HF] if loses_pings(setup) else []
     if scenario.protocol.sends_frames and not bands[MF].traits.keeps_frames:
         lossy.append(MF)
@@ -144,12 +159,16 @@ def worse(team: Team) -> Iterator[tuple[str, dict[str, Any]]]:
         lasts = dict.fromkeys(lossy, BURST_S)
         words = f"losses last {BURST_S:g} s, not one by one"
     if lasts:
-        yield words, {f"{name}.channel.burst_s": burst for name, burst in lasts.items()}
+        bursts = {f"{name}.channel.burst_s": burst for name, burst in lasts.items()}
+        yield "bursts", words, bursts
     yield (
+        "sound_speed",
         f"speed of sound taken {100 * (FASTER - 1):.0f} % too high",
         {"environment.assumed_sound_speed_m_per_s":
          _rounded(FASTER * setup.assumed_sound_speed_m_per_s, 6)},
     )  # fmt: skip
+    if not scenario.usbl.model.is_own:
+        yield from _worse_fixes(scenario.usbl)
     sheet = {
         f"drift.{name}": size
         for name in STATED
@@ -159,31 +178,48 @@ def worse(team: Team) -> Iterator[tuple[str, dict[str, Any]]]:
     if drift:
         twice = {name: (DRIFTIER * np.array(size)).tolist() for name, size in drift.items()}
         keys = {f"{NAVIGATION}.{name}": size for name, size in twice.items()}
-        yield f"drift x {DRIFTIER:g}", keys
+        yield "drift", f"drift x {DRIFTIER:g}", keys
     line = navigation.drift.line_m
     if setup.drift_line_m or (navigation.drift.is_stated and line is None):
         sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
         usually = "at all" if line is None else f"{line:g}"
         words = f"drift wanders over {sooner:.3g} m, not {usually}"
-        yield words, {f"{NAVIGATION}.drift.line_m": _rounded(sooner, 3)}
+        yield "drift_line", words, {f"{NAVIGATION}.drift.line_m": _rounded(sooner, 3)}
+
+
+def _worse_fixes(usbl: UsblSection) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield what may be worse of fixes: errors that last, and arrays that are mounted askew."""
+    share, lasts, off = max(usbl.slow_share, SLOW), SLOW_S, ASKEW_DEG
+    if share == usbl.slow_share and lasts <= usbl.correlation_s:
+        lasts = LONGER * usbl.correlation_s
+    if off <= usbl.misalignment_sd_deg:
+        off = 2.0 * usbl.misalignment_sd_deg
+    slow = {"usbl.slow_share": share, "usbl.correlation_s": lasts}
+    yield "slow", f"{100 * share:.3g} % of the USBL's errors last {lasts / 60.0:.3g} min", slow
+    yield "misalignment", f"misalignment of {off:.3g} deg", {"usbl.misalignment_sd_deg": off}
 
 
 def _rounded(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _as_planned(team: Team, changed: Keys) -> dict[str, Any]:
-    """Return the key that leaves a team's filter as it is planned where other keys are changed."""
+def _assumed(team: Team, changed: Keys) -> list[dict[str, Any]]:
+    """Return the key that leaves a team's filter as it is planned where other keys are changed, and
+    the one by which it knows them; {} alone where it models none of them.
+    """
     navigation = team.scenario.navigation
-    if not navigation.weighs:
-        return {}
+    names = {key: key.split(".") for key in changed}
+    modelled = {key: path for key, path in names.items() if path[1] in ASSUMED.get(path[0], ())}
+    if not navigation.weighs or not modelled:
+        return [{}]
     planned = team.setup.taken.scenario.model_dump(mode="json")
-    assumes = deepcopy(dict(navigation.filter.settings.get("assumes", {})))
-    for key in changed:
-        section, name, *_ = key.split(".")
-        if name in ASSUMED.get(section, ()):
-            put(assumes, key, value_at(planned, key.split(".")))
-    return {f"{NAVIGATION}.filter.assumes": assumes} if assumes else {}
+    own = dict(navigation.filter.settings.get("assumes", {}))
+    assumes, known = deepcopy(own), deepcopy(own)
+    for key, path in modelled.items():
+        put(assumes, key, value_at(planned, path))
+        known.get(path[0], {}).pop(path[1], None)
+    where = f"{NAVIGATION}.filter.assumes"
+    return [{where: assumes}, {where: known} if known != own else {}]
 
 
 def _kept(team: Team) -> dict[str, Any]:
@@ -206,7 +242,7 @@ def _lost(team: Team) -> list[Doubt]:
     for lost in range(0 if team.moves or team.asvs == 1 else team.asvs):
         keys = place_keys(team.question, np.delete(team.stations, lost, axis=0))
         if rest := team.placed(keys):
-            rests[lost] = Doubt(f"ASV{lost} lost", keys, rest)
+            rests[lost] = Doubt("lost", f"ASV{lost} lost", keys, rest)
     lost = max(rests, key=lambda lost: (rests[lost].team.rank, -lost), default=0)
     found = [rests[lost]] if rests else []
     failures = [failure.model_dump(mode="json") for failure in team.scenario.asvs.failures]
@@ -215,7 +251,8 @@ def _lost(team: Team) -> list[Doubt]:
     keys = {"asvs.failures": [*failures, {"asv": lost, "at_s": halfway}], **after}
     fails, without = team.changed(keys), team.changed(after)
     if fails is not None and without is not None:
-        found.append(Doubt(f"ASV{lost} lost halfway, from then on", keys, fails, without))
+        words = f"ASV{lost} lost halfway, from then on"
+        found.append(Doubt("lost_halfway", words, keys, fails, without))
     return found
 
 
@@ -225,6 +262,13 @@ def teams_of(conditions: Sequence[Doubt]) -> list[Team]:
     return [*(condition.team for condition in conditions), *without]
 
 
+def cost_of(conditions: Sequence[Doubt]) -> str:
+    """Return in words how many missions it takes to fly conditions, but for those without them."""
+    least = len(conditions) * min(SPENT)
+    most = sum(min(SPENT) if condition.known else SEEDS for condition in conditions)
+    return f"{least} to {most} missions"
+
+
 def doubted(
     conditions: Sequence[Doubt],
     goals: Sequence[Goal],
@@ -232,7 +276,8 @@ def doubted(
     answer: Callable[[Sequence[int]], Floats],
 ) -> list[dict[str, Any]]:
     """Fly a team in each condition until it is known whether the goals are still met, and at the
-    same seeds without it; return the rows `sensitivity` of `plan.json`.
+    same seeds without it; return the rows `sensitivity` of `plan.json`.  With filters that know of
+    it, which no crew can count on, it is flown with the fewest seeds.
 
     `sample` flies :func:`teams_of` the conditions, `answer` the answer at some seeds (numbers).
     Rows are of those that were flown, which are all unless these return too few missions.  `met` is
@@ -243,7 +288,11 @@ def doubted(
     numbers = range(len(conditions))
     with suppress(CutOff):
         for look in range(len(looks)):
-            unknown = [number for number in numbers if evidence.verdicts[number] is None]
+            unknown = [
+                number
+                for number in numbers
+                if evidence.verdicts[number] is None and not (look and conditions[number].known)
+            ]
             evidence.fly(unknown, look)
             for number in unknown:
                 evidence.judge(number, look)
@@ -259,15 +308,19 @@ def doubted(
         if len(seeds) and len(as_planned) == len(seeds):
             planned = tuple(map(estimated, as_planned.T))
             kept = True if condition.without is None else _surely_met(goals, planned)
+            apart = evidence.values(number) - as_planned
             rows.append(
                 {
+                    "what": condition.what,
                     "told": condition.words,
                     "keys": dict(condition.keys),
-                    "known": False,
+                    "known": condition.known,
                     "missions": len(seeds),
+                    "unit": [unit_of_goal(goal) for goal in goals],
                     **plainly(evidence.estimates(number)),
                     "met": is_met.get(evidence.verdicts[number] or ""),
                     "as_planned": {**plainly(planned), "met": kept},
+                    "difference": plainly(tuple(map(estimated, apart.T))),
                 }
             )
     return rows
@@ -288,6 +341,16 @@ def became_of(case: Mapping[str, Any]) -> str:
     if met is False and (case.get("as_planned") or {}).get("met") is False:
         return "not met, nor without it"
     return {True: "still met", False: "not met", None: "undecided"}[met]
+
+
+def by_surprise(
+    cases: Sequence[Mapping[str, Any]],
+) -> list[tuple[Mapping[str, Any], Mapping[str, Any] | None]]:
+    """Return each condition of which filters do not know, as it is recorded, with the same where
+    they do, if it was flown.
+    """
+    known = {case.get("what"): case for case in cases if case.get("known")}
+    return [(case, known.get(case.get("what"))) for case in cases if not case.get("known")]
 
 
 def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:

@@ -20,7 +20,7 @@ from ..campaigns.statistics.intervals import short_key, written
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
-from .doubting import became_of
+from .doubting import became_of, by_surprise
 from .folder import shown_first
 from .prediction.gathering import inputs_of
 from .prediction.inputs import Inputs
@@ -307,25 +307,30 @@ def _fragile(record: Record) -> str:
         return ""
     order, shown = {False: 0, None: 1, True: 2}, goals[0]
     items = ""
-    for case in sorted(cases, key=lambda case: order[case.get("met")]):
+    for case, known in sorted(by_surprise(cases), key=lambda pair: order[pair[0].get("met")]):
+        told = f"; {parted(known, 0, shown['factor'])[0]} if the filter knows" if known else ""
         items += filled(
-            "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned})</li>",
+            "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned}{told})</li>",
             what=_condition(case),
             verdict=_verdict(case),
             mean=parted(case, 0, shown["factor"])[0],
             planned=parted(case.get("as_planned"), 0, shown["factor"])[0],
             unit=shown["unit"],
+            told=told,
         )
     untold = f'<p class="note">{escape(UNTOLD)}</p>' if _is_untold(cases) else ""
     return f"<div><h3>If it is not as planned</h3><ul>{items}</ul>{untold}</div>"
 
 
-UNTOLD = "Each was simulated with the filter as planned: nobody tells it."
+UNTOLD = (
+    "Simulated with the filter as planned, since the crew does not know; of what it could know of, "
+    "it was simulated a few times with a filter that does."
+)
 
 
 def _is_untold(cases: Sequence[Record]) -> bool:
     """Tell whether filters were left as planned, which older plans did not do."""
-    return all(case.get("known") is False for case in cases)
+    return all("known" in case for case in cases)
 
 
 def _condition(case: Record) -> str:
@@ -453,22 +458,23 @@ def _sensitivity(record: Record) -> str:
         return ""
     headings = [("if", "")]
     for goal in goals:
-        headings += [(goal["words"], goal["unit"]), ("as planned", goal["unit"])]
+        headings += [(words, goal["unit"]) for words in (goal["words"], "as planned", "more by")]
     headings += [("missions", ""), ("goal", "")]
     untold = f" {UNTOLD}" if _is_untold(cases) else ""
     rows = []
     for case in cases:
-        numbers = [
-            interval(simulated, place, goal["factor"])
-            for place, goal in enumerate(goals)
-            for simulated in (case, case.get("as_planned"))
-        ]
+        numbers = []
+        for place, goal in enumerate(goals):
+            numbers.append(interval(case, place, goal["factor"]))
+            numbers.append(parted(case.get("as_planned"), place, goal["factor"])[0])
+            numbers.append(interval(case.get("difference"), place, goal["factor"]))
         rows.append([_condition(case), *numbers, number(case.get("missions"), 0), _verdict(case)])
     return (
         '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
         '<p class="note">The answer, '
-        "simulated again with one thing changed, and beside it as planned with the same seeds; in "
-        f"brackets the interval that holds the mean with the stated confidence.{untold}</p>"
+        "simulated again with one thing changed, and beside it as planned with the same seeds, "
+        "and by how much it is more in pairs of missions; in brackets the interval of 95 %."
+        f"{untold}</p>"
         f"{table(headings, rows, 'Sensitivity of the answer')}</section>"
     )
 

@@ -23,9 +23,10 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 * ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
   ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
   predicted to be were that twice as good,
-* ``sensitivity``: ``[{told, keys, known, missions, mean, low, high, met, as_planned}]``, the team
-  in worse conditions, `known` to its filter or not, and `as_planned`, ``{mean, low, high, met}``,
-  in the same missions without them, `met` where they are met then,
+* ``sensitivity``: ``[{what, told, keys, known, missions, unit, mean, low, high, met, as_planned,
+  difference}]``, the team in worse conditions, `what` in a word, `known` to its filter or not, and
+  `as_planned`, ``{mean, low, high, met}``, in the same missions without them, `met` where they are
+  met then; `difference`, ``{mean, low, high}``, is that of pairs of these missions,
 * ``ways``: null, or where the vessels of the team that is drawn go in one mission, if they move:
   ``{seed, asvs: [{asv, places_m}]}``,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
@@ -60,7 +61,7 @@ from ..campaigns.experiments.options import PythonArguments
 from ..campaigns.running import check_plugins, remove_own
 from ..export.chart_files import thinned
 from .answer_text import Outcome, best_text, best_yaml, ranked, record, summary
-from .doubting import SEEDS, doubted, doubts, teams_of, with_costlier
+from .doubting import SEEDS, cost_of, doubted, doubts, teams_of, with_costlier
 from .flying import Budget, Flights, flights, limit_of, local_workers, wanted
 from .folder import BEST, DOUBTS, MISSIONS, PAGE, PLAN, begin
 from .goals import Goal, Of
@@ -236,7 +237,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                 conditions = doubts(teams[number]) if is_found else []
                 rows, flown_in_doubt, failed_in_doubt = list[dict[str, Any]](), 0, ""
                 if conditions:
-                    budget.begin("doubting the answer")
+                    budget.begin(f"doubting the answer, {cost_of(conditions)}")
                     with fly(teams_of(conditions), question.seeds()[:SEEDS], DOUBTS) as doubtful:
                         rows = doubted(
                             conditions,

@@ -205,6 +205,10 @@ class Evidence:
         """Return how many missions of a candidate are known, at seeds 0, 1, ..."""
         return len(self._values[candidate])
 
+    def values(self, candidate: int) -> Floats:
+        """Return the goals' values (k, goals) of the missions of a candidate."""
+        return np.asarray(self._signs * self._values[candidate], np.float64)
+
     def fly(self, candidates: Sequence[int], look: int) -> None:
         """Fly the missions of candidates that a look is lacking.
 
