@@ -16,7 +16,7 @@ from plans_for_tests import Goal, interval, team_in
 from worlds import parse_scenario
 
 from bindusbl_des import Plan, Scenario, load_scenario, plan, simulate
-from bindusbl_des.apps.planning.doubting import Doubt, became_of, doubted, doubts, worse
+from bindusbl_des.apps.planning import doubting
 from bindusbl_des.support.wording import significant, with_ends
 
 Floats = NDArray[np.float64]
@@ -33,7 +33,7 @@ def laid_over(scenario: Scenario, keys: dict[str, Any]) -> Scenario:
 
 def told(values: Floats, goals: Sequence[Goal] = (BELOW,), most: int = 10**6) -> list[Any]:
     """Return what is told of conditions with values (c, seeds, goals), of `most` missions."""
-    conditions = [Doubt("drift", f"condition {n}", {}, TEAM) for n in range(len(values))]
+    conditions = [doubting.Doubt("drift", f"condition {n}", {}, TEAM) for n in range(len(values))]
     left = most
 
     def sample(pairs: Sequence[tuple[int, int]]) -> Floats:
@@ -42,7 +42,9 @@ def told(values: Floats, goals: Sequence[Goal] = (BELOW,), most: int = 10**6) ->
         left -= len(found)
         return np.array(found).reshape(-1, len(goals))
 
-    return doubted(conditions, goals, sample, lambda seeds: np.ones((len(seeds), len(goals))))
+    return doubting.doubted(
+        conditions, goals, sample, lambda seeds: np.ones((len(seeds), len(goals)))
+    )
 
 
 def around(*means: float, spread: float = 0.1) -> Floats:
@@ -64,8 +66,10 @@ def test_what_is_clear_takes_few_missions_and_what_is_close_takes_all() -> None:
 def test_what_misses_without_the_condition_as_well_is_said_to() -> None:
     """A condition is not to blame for what half a mission alone misses; old plans do not know."""
     values = around(2.0, 2.0, 2.0)
-    lost = [Doubt("lost_halfway", f"ASV{n} lost halfway", {}, TEAM, TEAM) for n in range(2)]
-    conditions = [*lost, Doubt("drift", "drift x 2", {}, TEAM)]
+    lost = [
+        doubting.Doubt("lost_halfway", f"ASV{n} lost halfway", {}, TEAM, TEAM) for n in range(2)
+    ]
+    conditions = [*lost, doubting.Doubt("drift", "drift x 2", {}, TEAM)]
     without = around(1.5, 1.01)
 
     def sample(pairs: Sequence[tuple[int, int]]) -> Floats:
@@ -74,12 +78,16 @@ def test_what_misses_without_the_condition_as_well_is_said_to() -> None:
     def answer(seeds: Sequence[int]) -> Floats:
         return np.full((len(seeds), 1), 1.01)  # of all its seeds it is surely met
 
-    found = doubted(conditions, (BELOW,), sample, answer)
-    assert [became_of(it) for it in found] == ["not met, nor without it", "not met", "not met"]
+    found = doubting.doubted(conditions, (BELOW,), sample, answer)
+    assert [doubting.became_of(it) for it in found] == [
+        "not met, nor without it",
+        "not met",
+        "not met",
+    ]
     assert [it["as_planned"]["met"] for it in found] == [False, None, True]
     del found[0]["as_planned"]
-    assert became_of(found[0]) == "not met"
-    assert became_of({"met": None}) == "undecided"
+    assert doubting.became_of(found[0]) == "not met"
+    assert doubting.became_of({"met": None}) == "undecided"
 
 
 def test_all_goals_have_to_be_met_and_one_that_is_missed_is_enough() -> None:
@@ -254,8 +262,9 @@ def test_sentence_page_and_record_agree_on_doubts(doubtful: Plan) -> None:
     told = cases_of(doubtful, True)
     for what, case in cases_of(doubtful, False).items():
         mean, planned = (significant(it["mean"][0]) for it in (case, case["as_planned"]))
-        text = f"{case['told']}: {mean} m instead of {planned} m, {became_of(case)}"
-        row = f"{escape(case['told'])}: <b>✓ {became_of(case)}</b> ({mean} m instead of {planned}"
+        became = doubting.became_of(case)
+        text = f"{case['told']}: {mean} m instead of {planned} m, {became}"
+        row = f"{escape(case['told'])}: <b>✓ {became}</b> ({mean} m instead of {planned}"
         if what in told:
             known = significant(told[what]["mean"][0])
             text += f" ({known} m if the filter knows)"
@@ -281,14 +290,14 @@ def test_what_a_scenario_says_already_is_doubted_further() -> None:
 
     def keys(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
         scenario = Scenario.model_validate({"name": "bay", **data})
-        return {what: it for what, _, it in worse(team_in(scenario))}
+        return {what: it for what, _, it in doubting.worse(team_in(scenario))}
 
     found = keys({**weighs, "usbl": usbl})
     assert found["slow"] == {"usbl.slow_share": 0.95, "usbl.correlation_s": 2700.0}
     assert found["misalignment"] == {"usbl.misalignment_sd_deg": 3.0}
     assert not {"slow", "misalignment"} & keys({"usbl": {"model": "own:instrument"}}).keys()
     deaf = team_in(Scenario.model_validate({"name": "bay", "navigation": {"filter": "fixed_gain"}}))
-    assert not any(it.known for it in doubts(deaf))
+    assert not any(it.known for it in doubting.doubts(deaf))
 
 
 def test_a_filter_that_assumes_something_else_is_told_of_the_doubt_alone() -> None:
@@ -298,7 +307,7 @@ def test_a_filter_that_assumes_something_else_is_told_of_the_doubt_alone() -> No
     team = team_in(Scenario.model_validate({"name": "bay", "navigation": {"filter": filter_}}))
     found = {
         it.known: it.team.scenario.navigation.filter.settings["assumes"]
-        for it in doubts(team)
+        for it in doubting.doubts(team)
         if it.what == "misalignment"
     }
     assert found[False] == assumes
@@ -310,7 +319,7 @@ def test_how_the_drift_of_a_sheet_is_drawn_is_doubted(line: float | None, tried:
     """Errors wander over a third of the way, or at all where they were constant."""
     drift = {"percent_of_distance": 0.3, "line_m": line}
     own = Scenario.model_validate({"name": "m", "navigation": {"drift": drift}})
-    keys = [keys for _, words, keys in worse(team_in(own)) if words.startswith("drift")]
+    keys = [keys for _, words, keys in doubting.worse(team_in(own)) if words.startswith("drift")]
     assert keys == [
         {"navigation.drift.percent_of_distance": 0.6}, {"navigation.drift.line_m": tried},
     ]  # fmt: skip
@@ -321,7 +330,7 @@ def test_the_range_of_one_band_is_not_called_that_of_both() -> None:
     acoustics = {"mf": {"channel": "sonar"}}
     team = team_in(Scenario.model_validate({"name": "bay", "acoustics": acoustics}))
     for one, told in ((team, "HF range -20 %"), (TEAM, "ranges -20 %")):
-        assert [words for what, words, _ in worse(one) if what == "ranges"] == [told]
+        assert [words for what, words, _ in doubting.worse(one) if what == "ranges"] == [told]
 
 
 @pytest.mark.parametrize(
@@ -346,7 +355,7 @@ def test_losses_that_last_are_a_doubt_where_anything_is_lost(
     acoustics: dict[str, Any], what: str, keys: dict[str, float]
 ) -> None:
     given = Scenario.model_validate({"name": "bay", "acoustics": acoustics})
-    found = {words: it for what, words, it in worse(team_in(given)) if what == "bursts"}
+    found = {words: it for what, words, it in doubting.worse(team_in(given)) if what == "bursts"}
     expected = {f"acoustics.{band}.channel.burst_s": it for band, it in keys.items()}
     assert found == ({what: expected} if keys else {})
     for name, value in expected.items():
