@@ -2,17 +2,10 @@
 
 Theory of operation
 -------------------
-A signal leaves a place p at an instant t, lasts T, and spreads at c m/s.  It meets a receiver that
-moves along q(t) after the delay tau that solves the light-time equation
-
 A signal leaves a position p at an instant t, lasts T, and travels at c m/s.  It meets a receiver
 that moves along q(t) after the delay tau that solves the light-time equation
 
-How the sender moves after t changes nothing.  Whether the signal may be decoded there is settled
-by where both are at t (`propagation.within`), since that is what the range of a data sheet and of
-the paper's R_HF means: a vehicle that drives out of range meanwhile still hears it.  A signal that
-is `long`, such as a frame, ends when what leaves at t + T, from where its sender is by then, has
-come.
+    |q(t + tau) - p| = c tau                                                   (`travel_time`)
 
 The sender's motion after t changes nothing.  Whether the receiver may decode the signal depends on
 both positions at t (`propagation.within`), as the range of a data sheet and the paper's R_HF mean
@@ -48,15 +41,18 @@ measured, `protocol.reception`):
 Losses may last (`bursts`): then the luck of a signal is a function of pair and instant alone, so
 that neither how often vehicles ping nor what is decided first changes the sea.
 
-What may be asked when ---------------------- A sound's arrival is solved, by the light-time
-equation, only as far as the motion of both vehicles is known (`sounds.solve`): to the end where
-routes are planned, up to now where vehicles steer by what they hear.  Until then its arrival is
-infinite, and it overlaps nothing.  So an outcome may be asked of any sound that is over by now, in
-any order, and is always the same.
+What may be asked when
+----------------------
+A sound's arrival is solved, by the light-time equation, only as far as the motion of both vehicles
+is known (`sounds.solve`): to the end where routes are planned, up to now where vehicles steer by
+what they hear.  Until then its arrival is infinite, and it overlaps nothing.  So an outcome may be
+asked of any sound that is over by now, in any order, and is always the same.
 
-Chance ------ Numbers are drawn for each pair of vehicles from a stream of its own, one row for each
-signal that may be decoded, whatever its outcome.  Two scenarios that differ in a schedule, or by
-one vehicle, share the noise of all pairs that both have: their difference is not noise.
+Chance
+------
+Numbers are drawn for each pair of vehicles from a stream of its own, one row for each signal that
+may be decoded, whatever its outcome.  Two scenarios that differ in a schedule, or by one vehicle,
+share the noise of all pairs that both have: their difference is not noise.
 
 A new kind of signal needs a reason in `records.events` (the word for it where it overlaps another
 signal), a second reason in `signals.ITSELF` (the word where it drowns what its own sender hears), a

@@ -1,4 +1,4 @@
-"""What a channel is made for."""
+"""What a channel is made from."""
 
 from typing import NamedTuple, TypeVar
 
@@ -7,12 +7,12 @@ from ..scenario.site import Site
 from .sonar_equation import SoundMessage
 from .sound_settings import Sound
 
-# The settings of a channel that knows levels
+# Settings of a channel with levels
 Sounding = TypeVar("Sounding", bound=Sound)
 
 
 def as_sold(settings: Sounding, modem: str | None) -> Sounding:
-    """Let the figures of a band's modem stand for settings that are not given."""
+    """Return settings in which figures of a band's modem replace those that are not given."""
     if modem is None:
         return settings
     values = preset("modem", modem).values
@@ -21,7 +21,7 @@ def as_sold(settings: Sounding, modem: str | None) -> Sounding:
 
 
 class Asking(NamedTuple):
-    """For what a channel is made: the site, a signal, the range (m) and the modem of its band."""
+    """What a channel is made from: the site, a signal, the range (m) and the modem of its band."""
 
     site: Site
     message: SoundMessage
@@ -29,5 +29,5 @@ class Asking(NamedTuple):
     modem: str | None
 
     def as_sold(self, settings: Sounding) -> Sounding:
-        """Let the figures of the modem stand for settings that are not given."""
+        """Return settings in which figures of the modem replace those that are not given."""
         return as_sold(settings, self.modem)

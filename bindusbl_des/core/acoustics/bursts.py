@@ -1,16 +1,17 @@
-"""Losses in bursts: the luck of a pair of vehicles lasts, so that who is lost stays lost a while.
+"""Losses in bursts: the luck of a pair of vehicles lasts, so that a pair that loses a signal goes
+on losing for a while.
 
-Each pair is a two-state chain, continuous in time (E. N. Gilbert, Bell System Technical Journal
-39, 1960): signals are lost for `burst_s` (s) on average, and for the share p of the time that the
-channel says at that range.  So the pair leaves the lost state at the rate 1 / burst_s, and comes to
-it at p / ((1 - p) burst_s).
+Each pair is a two-state chain, continuous in time (E. N. Gilbert, Bell System Technical Journal 39,
+1960): losses last `burst_s` (s) on average, and take the share p of the time, the channel's loss
+probability at that range.  So the pair leaves the lost state at the rate 1 / burst_s, and enters it
+at p / ((1 - p) burst_s).
 
-The same chain, said so that p may change with range: the pair's luck is drawn anew at the instants
-of a Poisson process of rate 1 / ((1 - p) burst_s), and a signal is lost if its luck, as a uniform
-number, is below p.  Where p changes, the rate does: the instants of a lower rate are those of a
-higher one, thinned.  Whatever way p has come, the share lost is p; where p is constant, losses last
-for exponential times of mean burst_s.  Luck is a function of pair and instant alone: neither how
-often vehicles ping nor what is decided first changes the sea.
+The same chain in a form in which p may change with range: the pair's luck is drawn anew at the
+instants of a Poisson process of rate 1 / ((1 - p) burst_s), and a signal is lost if its luck, as a
+uniform number, is below p.  As p changes, the rate does: the instants at a lower rate are those at
+a higher one, thinned.  Whatever the history of p, the share lost is p; where p is constant, losses
+last for exponential times of mean burst_s.  Luck is a function of pair and instant alone: neither
+how often vehicles ping nor what is decided first changes the sea.
 """
 
 from math import ceil, floor, log2
@@ -23,19 +24,19 @@ from ...support.streams import Purpose, Streams, normal, pair_keys, uniform
 from ..records.rows import Row, Rows
 from .loss import chance_of
 
-# A pair of an AUV and an ASV: what its luck is drawn by, and how long losses last (s).
+# A pair of an AUV and an ASV: the key that draws its luck, and the mean length of losses (s)
 PAIR = np.dtype([("key", "u8"), ("burst_s", "f8")])
 
-# Losses more frequent than 1 - 2^-20 last as long as those: rarer ones are out of range.
+# The largest p that counts, 1 - 2^-20: signals lost more often are out of range.
 LAYERS = 20
 MOST = 1.0 - 2.0**-LAYERS
 
-# Numbers of a cell: how many renewals it has, and of each when, by which mark, and two for its luck
+# Random numbers of a cell: its number of renewals; of each its time, its mark, and two for its luck
 EACH, MOST_IN_CELL = 4, 15
 
 
 def pairs(burst_s: float, streams: Streams, purpose: Purpose, auvs: int, asvs: int) -> Rows:
-    """Return what the luck of each pair is drawn by (auvs, asvs), :data:`PAIR`."""
+    """Return the keys of each pair's luck, (auvs, asvs), :data:`PAIR`."""
     found = np.empty((auvs, asvs), PAIR)
     found["burst_s"] = burst_s
     for auv in range(auvs):
@@ -45,7 +46,7 @@ def pairs(burst_s: float, streams: Streams, purpose: Purpose, auvs: int, asvs: i
 
 @compiled
 def _renewals_in(key: np.uint64, layer: int, cell: int) -> int:
-    """Return how many renewals a cell has: a Poisson number of mean 1."""
+    """Return the number of renewals in a cell, a Poisson number of mean 1."""
     chance, count, term = uniform(key, layer, cell, 0), 0, np.exp(-1.0)
     total = term
     while chance >= total and count < MOST_IN_CELL:
@@ -57,16 +58,14 @@ def _renewals_in(key: np.uint64, layer: int, cell: int) -> int:
 
 @compiled
 def renewed(key: np.uint64, burst_s: float, time: float, loss: float) -> tuple[float, float]:
-    """Return since when (s) a pair has the luck that it has at an instant (s), and that: a standard
-    normal.
+    """Return the instant (s) of a pair's last renewal before an instant (s), and its luck since
+    then, a standard normal; `loss` is the loss probability at the instant.
 
-    `loss` is the probability that a signal is lost then.
-
-    Instants of renewals at the largest rate are points of time and mark, of density 1 / burst_s for
-    each unit of the mark; at the rate of `pace` / burst_s those with a mark below `pace` count.
-    Layer 0 has the marks below 1, layer n those from 2^(n-1) to 2^n, in cells that hold one point
-    on average.  Sought is the last one before the instant: first where all marks count and points
-    are dense, so that what is farther back need not be looked at.
+    Renewals at the largest rate are points of time and mark, with density 1 / burst_s per unit of
+    the mark; at the rate `pace` / burst_s those with a mark below `pace` count.  Layer 0 has marks
+    below 1, layer n marks from 2^(n-1) to 2^n, in cells that hold one point on average.  The search
+    for the last one begins in layers where all marks count and points are dense, so that it ends
+    early in the others.
     """
     pace = 1.0 / (1.0 - min(max(loss, 0.0), MOST))
     top = max(0, ceil(log2(pace)))
@@ -99,10 +98,10 @@ def burst_luck(pair: Row, time: float, loss: float) -> float:
 
 @compiled
 def lost_since(pair: Row, time: float, loss: float) -> float:
-    """Return since when (s) all signals of a pair have been lost, had their loss been the same; NaN
-    if they are not lost at that instant (s).
+    """Return since when (s) a pair has lost all signals, had their loss probability been constant;
+    NaN if it loses none at this instant (s).
     """
-    if loss >= 1.0:  # at no renewal that could be found
+    if loss >= 1.0:  # no renewal ends this
         return 0.0
     begun = np.nan
     since, luck = renewed(pair.key, pair.burst_s, time, loss)
@@ -114,8 +113,8 @@ def lost_since(pair: Row, time: float, loss: float) -> float:
 
 @compiled
 def burst_chances(of: Rows, time: float, losses: Floats) -> Floats:
-    """Return the luck of pairs (n,), :data:`PAIR`, at an instant (s), as numbers in [0, 1), (n,):
-    signals are lost with those below their `losses` (n,).
+    """Return the luck of pairs (n,), :data:`PAIR`, at an instant (s), as numbers in [0, 1), (n,): a
+    signal is lost if its number is below its loss probability, `losses` (n,).
     """
     out = np.empty(losses.size)
     for k in range(losses.size):

@@ -1,7 +1,7 @@
-"""Channels: whether a signal is decoded where nothing overlaps it, and what it drowns.
+"""Channels: whether a signal is decoded if nothing overlaps it, and how strong a sound it is.
 
-The default, `disc`, is compiled: nothing beyond a reach, and within it the loss of :mod:`.loss`.
-All others are asked, in numpy, for all signals that begin at one instant.
+The default, `disc`, is compiled: out of range beyond a reach, and within it the loss of
+:mod:`.loss`.  All others are asked, in numpy, for all signals that begin at one instant.
 """
 
 from collections.abc import Mapping
@@ -22,17 +22,17 @@ from .propagation import PROSPECT
 Prospects = NDArray[np.void]
 Value = TypeVar("Value", float, Floats)
 
-# Signals that are decoded more seldom are out of range.
+# Signals with a smaller chance of being decoded are out of range.
 SELDOM = 1e-6
 
 
 class Receiver(NamedTuple):
-    """What decides at a receiver, and what its levels are counted from.
+    """How a receiver tells a signal from others that overlap it, and the reference of its levels.
 
-    A signal is destroyed by others that overlap it unless its intensity is `capture` times that of
-    noise and all of them together; infinite: by any.  What has an SNR varies from signal to signal
-    by `shadowing_sd_db`.  Levels are in dB: `noise_db` that of the noise in the band, re 1 uPa, and
-    `threshold_db` the SNR at which a signal is as often lost as decoded; NaN where they are none.
+    A signal is destroyed by sounds that overlap it unless its intensity is `capture` times that of
+    noise and all of them together; infinite: any destroy it.  SNR varies from signal to signal by
+    `shadowing_sd_db`.  Levels are in dB: `noise_db` is the noise in the band, re 1 uPa, and
+    `threshold_db` the SNR at which half of all signals are decoded; NaN where there are no levels.
     """
 
     capture: float = inf
@@ -41,21 +41,21 @@ class Receiver(NamedTuple):
     threshold_db: float = nan
 
     def levels(self, snr_db: Value) -> dict[str, Value]:
-        """Return what is told of signals that have an SNR (dB): that, their level and margin."""
+        """Return the columns of signals with an SNR (dB): SNR, level and margin."""
         level, margin = snr_db + self.noise_db, snr_db - self.threshold_db
         return {"snr_db": snr_db, "level_db": level, "margin_db": margin}
 
 
 PLAIN = Receiver()
 
-# What stands for the compiled loss where another channel is asked
+# Placeholder for the compiled loss where another channel is asked
 NO_LOSS = LossTerms(np.zeros(5), 0, 0.0, 1.0)
 
-# The largest level (dB) that may be told, and how much sooner than straight on a signal may be
-# there (s for each m): no sound is there before it is sent.
+# The largest level (dB), and how much sooner (s per m) than on a straight ray a signal may arrive:
+# no sound arrives before it is sent.
 LOUDEST, SOONEST = 400.0, 0.9 / 1700.0
 
-# What a channel of one's own may answer: from where to where, and what that is.
+# Parts of a user-defined channel's answer: least and largest value, and the words for them.
 ANSWERS = {
     "chance": (0.0, 1.0, "probabilities in [0, 1]"),
     "level_db": (-LOUDEST, LOUDEST, f"levels (dB) within {LOUDEST:g}"),
@@ -71,17 +71,17 @@ AXES = np.ones(3)
 class Signals:
     """Signals that begin at an instant (s) between n AUVs and m ASVs: pings, or calls for them.
 
-    Of the ping of an ASV (passive ranging) those of all ASVs are asked for, and its own taken; of a
-    frame on the MF band those of the one ASV that sends it.
+    For the ping of an ASV (passive ranging) the channel is asked for all ASVs, and that one's
+    column is used; for a frame on MF it is asked for the one ASV that sends it.
 
-    `auvs` (n, 3) and `asvs` (m, 3) are true places (m), `ranges` (n, m) the slant ranges (m) of
-    that instant; `reach` (m) is the protocol's range, and `calling` tells whether the sound goes
-    down, from ASVs to AUVs.
+    `auvs` (n, 3) and `asvs` (m, 3) are true positions (m), `ranges` (n, m) the slant ranges (m) of
+    that instant; `reach` (m) is the protocol's range; `calling` is true if the sound travels from
+    ASVs to AUVs.
 
-    Which vehicles these are `auv_numbers` (n,) and `asv_numbers` (m,) tell, on which `band` (hf or
-    mf), and `random` is a stream of the band's channel; all three are None where places are asked
-    about that no vehicle is at.  Where programs send (protocol.access) any vehicle may listen:
-    AUVs among the ASVs have the numbers -1 - k, and ASVs among the AUVs as well.
+    `auv_numbers` (n,) and `asv_numbers` (m,) are the vehicles' numbers, `band` is hf or mf, and
+    `random` the random stream of the band's channel; numbers and stream are None for positions
+    without vehicles.  With access programs (protocol.access) any vehicle may listen: AUVs among the
+    ASVs have the numbers -1 - k, and ASVs among the AUVs as well.
     """
 
     time: float
@@ -99,8 +99,8 @@ class Signals:
 def between(
     time: float, auvs: Floats, asvs: Floats, reach: float, calling: bool, *named: Any
 ) -> Signals:
-    """Return the signals of an instant (s) between places of AUVs (n, 3) and of ASVs (m, 3), m;
-    which vehicles these are, `named`, as the last fields of :class:`Signals`.
+    """Return the signals of an instant (s) between positions of AUVs (n, 3) and ASVs (m, 3), m;
+    `named` are the last fields of :class:`Signals`.
     """
     apart = auvs[:, None] - asvs
     ranges = np.sqrt((apart * apart) @ AXES)
@@ -111,9 +111,9 @@ def heard_from(
     channel: "AskedChannel", time: float, sender: int, around: tuple[Floats, Floats],
     listeners: int, reach: float, band: str, random: np.random.Generator | None,
 ) -> NDArray[np.void]:  # fmt: skip
-    """Return what becomes at the first so many of all vehicles (listeners,), :data:`PROSPECT`, of a
-    signal that one of them begins at an instant (s): AUVs (n, 3) and ASVs (m, 3) are `around`, m,
-    numbered in that order.
+    """Return a channel's answer about a signal that vehicle `sender` begins at an instant (s), at
+    the first so many vehicles (listeners,), :data:`PROSPECT`; `around` are the positions of AUVs
+    (n, 3) and ASVs (m, 3), m, in the order of their numbers.
     """
     auvs, places = len(around[0]), np.concatenate(around)
     numbers, own = np.arange(listeners), np.array([sender])
@@ -131,14 +131,14 @@ Answer = Floats | Mapping[str, Floats]
 
 
 class Channel(Protocol):
-    """How likely signals are decoded: what one's own channel answers."""
+    """A user-defined channel: returns how likely signals are decoded."""
 
     def __call__(self, signals: Signals, /) -> Answer:
-        """Return the probability (n, m) that each is decoded if nothing overlaps it.
+        """Return the probability (n, m) that each signal is decoded if nothing overlaps it.
 
-        Where it is 0 there is no sound either: the signal drowns no other.  Or a mapping of
-        `chance`, which is that, and if it likes `level_db` (dB), `delay_s` (s later than straight
-        on) and `delay_sd_s` (s, of what is drawn beside that), (n, m) each.
+        A signal with probability 0 makes no sound either.  The answer may also be a mapping of
+        `chance` and optionally `level_db` (dB), `delay_s` (s later than on a straight ray) and
+        `delay_sd_s` (s, standard deviation of a random delay beside it), (n, m) each.
         """
 
 
@@ -147,19 +147,19 @@ class AskedChannel(Protocol):
 
     @property
     def receiver(self) -> Receiver:
-        """What decides at its receivers."""
+        """How its receivers tell signals from others."""
 
     @property
     def audible_m(self) -> float | None:
         """How far (m) a signal drowns others; None: as far as it may be decoded."""
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal (n, m), :data:`PROSPECT`."""
+        """Return its answer about each signal (n, m), :data:`PROSPECT`."""
 
 
 @dataclass(frozen=True)
 class OwnChannel:
-    """A channel of somebody's own: each of its answers is checked."""
+    """A user-defined channel, whose answers are checked."""
 
     key: str
     name: str
@@ -168,10 +168,10 @@ class OwnChannel:
     audible_m: float | None = None
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal: who is not heard drowns nothing.
+        """Return the answer about each signal (n, m); one that is never decoded drowns nothing.
 
         Raises:
-            PluginError: when it raises anything, or what it returns are no probabilities.
+            PluginError: when the channel raises anything, or returns no probabilities.
         """
         when = f" at {signals.time:g} s"
         answer = asked(self.key, self.name, self.chances, signals, when=when)
@@ -199,10 +199,10 @@ class OwnChannel:
         return drawn
 
     def _part(self, name: str, value: Any, signals: Signals, when: str) -> Floats:
-        """Return a part of an answer that is numbers (n, m) within its limits.
+        """Return a part of an answer, numbers (n, m) within their limits.
 
         Raises:
-            PluginError: when it is none.
+            PluginError: when it is not.
         """
         found = asked(self.key, self.name, np.asarray, value, when=when)
         wanted, (low, high, what) = signals.ranges.shape, ANSWERS[name]
@@ -219,7 +219,7 @@ class OwnChannel:
 
 
 def own_channel(family: Family[Any], choice: str) -> OwnChannel:
-    """Return a channel of somebody's own.
+    """Return a user-defined channel.
 
     Raises:
         PluginError: when it is not allowed, or cannot be loaded or called.

@@ -1,7 +1,7 @@
-"""What modems draw: how long each vehicle sends and receives on a band, and the energy of that.
+"""Energy of modems: how long each vehicle sends and receives on a band, and what that takes.
 
-Everybody listens for the whole mission, and receives what others send within range, whomever it is
-for: pings and calls on HF, frames on MF.
+Every vehicle listens for the whole mission, and receives all signals within range: pings and calls
+on HF, frames on MF.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,8 +31,8 @@ class OnAir(NamedTuple):
 
 
 class Hf(NamedTuple):
-    """How long (s) a signal on HF lasts, how far (m) it is heard, by which distance, at which speed
-    of sound (m/s); how long (s) the mission lasts.
+    """Of HF: how long (s) a signal lasts, how far (m) it is heard, in slant or horizontal range,
+    the sound speed (m/s), and how long (s) the mission lasts.
     """
 
     signal: float
@@ -43,8 +43,8 @@ class Hf(NamedTuple):
 
 
 def energy(on_air: OnAir, powers: Powers, duration: float | Floats) -> Floats:
-    """Return what the modem of each vehicle draws (J), shape (n,), that works for a duration (s),
-    one for all or (n,).
+    """Return the energy (J), (n,), of each vehicle's modem over a duration (s), one for all or
+    (n,).
 
     >>> energy(OnAir(np.array([1.0]), np.array([2.0])), Powers(10.0, 0.5, 0.1), 100.0)
     array([20.7])
@@ -61,10 +61,10 @@ def on_hf(
     record: Recorder, pinging: str, fleets: Mapping[str, VehicleFleet], hf: Hf, packets: Rows
 ) -> dict[str, OnAir]:
     """Return how long the vehicles of each of the `fleets`, "auv" and "asv", send and receive
-    pings, calls, and `packets`, which are sounds; two at once are received once.
+    pings, calls, and `packets`, rows of sounds; overlapping signals count once.
 
-    Those of the kind `pinging` ping.  Who hears pings of the other kind is on record; all else is
-    heard within HF range.
+    Vehicles of the kind `pinging` ping.  Which vehicles of the other kind hear pings is on record;
+    all else is heard within HF range.
     """
     pings, receptions = record.pings.rows, record.receptions.rows
     called = pings["call"] != NONE
@@ -106,14 +106,14 @@ def on_hf(
 
 
 def _beside(begins: Floats, packets: Rows, hf: Hf) -> float:
-    """Return the time (s) that pings and calls cover, and the sounds of packets beside them."""
+    """Return the time (s) that pings and calls, which begin so, and sounds of packets cover."""
     every = np.concatenate((begins, packets["arrived_at_s"]))
     lasts, order = np.append(np.full(len(begins), hf.signal), packets["lasts_s"]), np.argsort(every)
     return together(every[order], lasts[order], hf.mission)
 
 
 class SentSignals(NamedTuple):
-    """When (n,), s, which vehicles (n,) of a kind sent signals, and where they were (n, 3), m."""
+    """Signals of one kind of vehicle: when (n,), s, by whom (n,), and from where (n, 3), m."""
 
     at: Floats
     by: Ints
@@ -121,8 +121,8 @@ class SentSignals(NamedTuple):
 
 
 def _heard(signals: SentSignals, fleet: VehicleFleet, number: int, is_own: bool, hf: Hf) -> Floats:
-    """Return when (s) signals begin at a vehicle within range; none of those that it sent itself,
-    if they are of its kind (`is_own`), or that come while it has failed.
+    """Return when (s) signals in range begin at a vehicle; without its own, if they are of its
+    fleet (`is_own`), and without any while it has failed.
     """
     away = signals.places - fleet.ways.of(number, np.array(signals.at)).truth[:, :3]
     slant = np.linalg.norm(away, axis=1)
@@ -147,7 +147,7 @@ def covered(starts: Floats, length: float, end: float) -> float:
 
 
 def together(begins: Floats, lasts: Floats, end: float) -> float:
-    """Return the time (s) before `end` that intervals (n,) cover which begin in this order.
+    """Return the time (s) before `end` covered by intervals (n,) that begin in this order.
 
     >>> together(np.array([0.0, 1.0, 5.0]), np.array([2.0, 0.5, 3.0]), 6.0)
     3.0
@@ -160,8 +160,8 @@ def together(begins: Floats, lasts: Floats, end: float) -> float:
 
 
 def on_sea(record: Recorder, sounds: Rows, auvs: int, asvs: int, end: float) -> dict[str, OnAir]:
-    """Return how long AUVs and ASVs send and receive on HF where they run programs, by all `sounds`
-    and receptions of a mission that lasts until an instant (s).
+    """Return how long AUVs and ASVs send and receive on HF with access programs, by all `sounds`
+    and receptions of a mission that lasts until `end` (s).
     """
     met = record.receptions.rows
     met = met[(met["outcome"] != OUT_OF_RANGE) & ~np.isnan(met["arrived_at_s"])]
@@ -191,16 +191,16 @@ def on_mf(
     failed: Callable[[float], Sequence[int]] = lambda _: (),
     by_slant: bool = False,
 ) -> tuple[OnAir, OnAir]:
-    """Return how long AUVs and ASVs send and receive frames, in the order in which they begin; two
-    at once are received once.
+    """Return how long AUVs and ASVs send and receive frames, in the order in which they begin;
+    overlapping frames count once.
 
-    `places` tell where AUVs (n, 3+) and ASVs (m, 3+) are at an instant (s), m; frames reach
-    `reach` (m), as seen from above unless `by_slant`.  ASVs that have `failed` by then receive
-    none.
+    `places` are functions of an instant (s) that return the positions of AUVs (n, 3+) and ASVs (m,
+    3+), m; frames reach `reach` (m), horizontally unless `by_slant`.  ASVs that have `failed` by an
+    instant receive none.
     """
     axes = 3 if by_slant else 2
     found = [OnAir(*np.zeros((2, len(where(0.0))))) for where in places]
-    over = [np.zeros(len(on_air.receiving)) for on_air in found]  # counted until then
+    over = [np.zeros(len(on_air.receiving)) for on_air in found]  # s up to which time is counted
     for frame in frames:
         begins, lasts = frame.sent_at_s, min(frame.airtime_s, duration - frame.sent_at_s)
         if lasts <= 0.0:

@@ -1,4 +1,4 @@
-"""How likely a ping is lost on its way: a law of range, and what other AUVs add."""
+"""The probability that a ping is lost: a law of range, and what other AUVs add."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -15,7 +15,7 @@ from ...support.wording import refuse
 # Range (m) beyond which the loss law is held constant (eq. fix_loss).
 LONGEST_LOSS_RANGE = 800.0
 
-# A law is fitted to pings within this range (m): `scaled` has it end where the HF range does.
+# The law is fitted to pings within this range (m); `scaled` stretches it to the HF range.
 FITTED_RANGE = 100.0
 
 # Largest loss probability by range alone (eq. fix_loss_total; same cap in the thesis simulator).
@@ -24,9 +24,9 @@ LARGEST_RANGE_LOSS = 0.999
 
 @dataclass(frozen=True)
 class LossLaw:
-    """How likely a ping is lost by range r (m): a e^(b r) + c e^(d r) (eq. fix_loss).
+    """Loss probability of a ping over range r (m): a e^(b r) + c e^(d r) (eq. fix_loss).
 
-    Beyond `longest_m` (m) it is held constant.
+    It is constant beyond `longest_m` (m).
     """
 
     a: float
@@ -38,7 +38,7 @@ class LossLaw:
 
     @property
     def coefficients(self) -> Floats:
-        """What compiled code takes of it: a, b, c, d, and the longest range (m)."""
+        """a, b, c, d, and the longest range (m), for compiled code, (5,)."""
         return np.array((self.a, self.b, self.c, self.d, self.longest_m))
 
 
@@ -65,8 +65,8 @@ LOSS_LAWS: Mapping[str, LossLaw] = MappingProxyType(
 def loss_law(name: str, hf_range: float) -> LossLaw:
     """Return the loss law that a scenario names, for its HF range (m).
 
-    `scaled` is the paper's at r min(1, 100 m / R_HF): the paper's law is a fit to less than 100 m
-    and exceeds 1 beyond 517.6 m, so that a longer range is to cost what 100 m cost there.
+    `scaled` is the paper's law at r min(1, 100 m / R_HF): the paper's law is fitted to less than
+    100 m and exceeds 1 beyond 517.6 m, so at a longer HF range it has the loss of 100 m.
 
     >>> round(range_loss(1200.0, loss_law("scaled", 1000.0)), 6)
     0.014354
@@ -123,7 +123,7 @@ def contention_loss(auv_count: int, per_auv: float = 0.05) -> float:
 
 @compiled
 def clamp_first(loss: float, contention: float, cap: float) -> float:
-    """Return the probability that a ping is lost, range loss made a probability before adding.
+    """Return the loss probability of a ping, the range loss clamped to [0, 0.999] before adding.
 
     >>> round(clamp_first(range_loss(50.0), contention_loss(3), 0.999), 6)
     0.1
@@ -133,9 +133,9 @@ def clamp_first(loss: float, contention: float, cap: float) -> float:
 
 @compiled
 def paper_raw(loss: float, contention: float, cap: float) -> float:
-    """Return the probability that a ping is lost, by the paper's literal sum (eq. fix_loss_total).
+    """Return the loss probability of a ping by the paper's literal sum (eq. fix_loss_total).
 
-    Below 106 m the negative law takes up to 0.083 off the contention.
+    Below 106 m the negative law reduces the contention by up to 0.083.
 
     >>> round(paper_raw(range_loss(50.0, LOSS_LAWS["paper"]), contention_loss(3), 0.999), 6)
     0.051127
@@ -145,7 +145,7 @@ def paper_raw(loss: float, contention: float, cap: float) -> float:
 
 @compiled
 def off(loss: float, contention: float, cap: float) -> float:
-    """Return the probability that a ping is lost by range alone: collisions are simulated.
+    """Return the loss probability of a ping by range alone: collisions are simulated.
 
     >>> off(range_loss(50.0), contention_loss(3), 0.999)
     0.0
@@ -160,8 +160,8 @@ COMBINERS: Mapping[str, Callable[[float, float, float], float]] = MappingProxyTy
 
 
 class LossTerms(NamedTuple):
-    """How likely a ping is lost, as a scenario has it: the coefficients (5,) of a loss law, the
-    number of a combiner in COMBINERS, what other AUVs add, and the largest probability.
+    """A scenario's law of loss: the coefficients (5,) of a loss law, the index of a combiner in
+    COMBINERS, what other AUVs add, and the largest probability.
     """
 
     coefficients: Floats
@@ -170,13 +170,13 @@ class LossTerms(NamedTuple):
     cap: float
 
     def over(self, ranges: Floats) -> Floats:
-        """Return the probabilities (n,) that pings are lost over slant ranges (n,), m."""
+        """Return the loss probabilities (n,) of pings over slant ranges (n,), m."""
         return losses(ranges, *self)
 
 
 @compiled
 def loss_probability(slant_range: float, terms: LossTerms) -> float:
-    """Return the probability that a ping is lost over a slant range (m)."""
+    """Return the loss probability of a ping over a slant range (m)."""
     own = terms.coefficients
     loss = _law(slant_range, own[0], own[1], own[2], own[3], own[4])
     if terms.combine == 0:
@@ -188,8 +188,8 @@ def loss_probability(slant_range: float, terms: LossTerms) -> float:
 
 @compiled
 def chance_of(luck: float) -> float:
-    """Return the share of all draws that have less luck, a standard normal: a signal is lost where
-    it is below the probability of that.
+    """Return the probability that luck is below this one, a standard normal: a signal is lost if
+    this is below its loss probability.
 
     >>> chance_of(0.0)
     0.5

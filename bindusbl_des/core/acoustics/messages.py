@@ -1,4 +1,4 @@
-"""Messages on a band: how long one is on the air, when it is handed over, and what it holds."""
+"""Messages on a band: how long each is on the air, when it is delivered, and what it holds."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -32,8 +32,7 @@ def airtime(size_bytes: int, bit_rate: float = 2000.0, overhead: float = 2.0) ->
 class Modem:
     """A modem by its bit rate (bit/s) and overhead, or by a table of airtimes if it has one.
 
-    `processing` (s) passes between the end of a message at the receiver and its handing over; None
-    leaves it to the table.
+    A receiver's modem delivers a message `processing` (s) after its end; None: as the table says.
     """
 
     bit_rate: float
@@ -42,21 +41,21 @@ class Modem:
     processing: float | None = None
 
     def airtime(self, size_bytes: int) -> float:
-        """Return how long (s) a message is on the air; an empty one as long as one byte's."""
+        """Return how long (s) a message is on the air; an empty one counts as one byte."""
         if self.table is not None:
             return self.table.airtime(max(size_bytes, 1))
         return airtime(size_bytes, self.bit_rate, self.overhead)
 
     def delay(self, size_bytes: int) -> float:
-        """Return how long (s) after its end a message is handed over."""
+        """Return how long (s) after its end the modem delivers a message."""
         if self.processing is not None:
             return self.processing
         return 0.0 if self.table is None else self.table.delay(max(size_bytes, 1))
 
 
 class Message(NamedTuple):
-    """One message: how many fixes it carries, and AUVs that it tells their slots; its size (B), how
-    long (s) it is on the air, and how long after its end it is handed over.
+    """One message: the number of fixes that it carries, and of AUVs whose slots it announces; its
+    size (B), its airtime (s), and how long after its end the modem delivers it (s).
     """
 
     fixes: int
@@ -70,10 +69,10 @@ class Message(NamedTuple):
 class Messages:
     """The messages in which fixes are broadcast: a header and a record for each fix.
 
-    Of more fixes than `most` (None: any number is held) a broadcast is several messages, one behind
-    the other, if it `splits`; else it carries the oldest and leaves the rest to the next.  Where
-    AUVs are told their slots, the records of `assignment_bytes` for that go before the fixes; a
-    message holds `room` (B) for both.
+    With more fixes than `most` (None: no limit) a broadcast is several messages in a row, if it
+    `splits`; else it carries the oldest and leaves the rest to the next.  Records of
+    `assignment_bytes`, which announce slots, precede the fixes; a message holds `room` (B) for
+    both.
     """
 
     modem: Modem
@@ -88,7 +87,7 @@ class Messages:
     )
 
     def of(self, fix_count: int) -> list[int]:
-        """Return how many fixes each message of a broadcast carries."""
+        """Return the number of fixes in each message of a broadcast."""
         if self.most is None or fix_count <= self.most:
             return [fix_count]
         if not self.splits:
@@ -97,13 +96,13 @@ class Messages:
         return [self.most] * full + [rest] * (rest > 0)
 
     def packed(self, fixes: int, named: int = 0) -> tuple[Message, ...]:
-        """Return the messages of a broadcast that tells `named` AUVs their slots.
+        """Return the messages of a broadcast that announces the slots of `named` AUVs.
 
         >>> messages = Messages(Modem(2000.0, 2.0), 8, 16, 3, True, room=50, assignment_bytes=4)
         >>> [(sent.fixes, sent.named, sent.size_bytes) for sent in messages.packed(4, 5)]
         [(1, 5, 44), (3, 0, 56)]
         """
-        found = self._packed.get((fixes, named))  # broadcast after broadcast is alike
+        found = self._packed.get((fixes, named))  # the same for many broadcasts
         if found is None:
             found = self._packed[fixes, named] = tuple(self._filled(fixes, named))
         return found
@@ -131,12 +130,12 @@ class Messages:
         return self.modem.airtime(self.payload_bytes(fixes, named))
 
     def delay(self, fixes: int, named: int = 0) -> float:
-        """Return how long (s) after its end one message is handed over."""
+        """Return how long (s) after its end the modem delivers one message."""
         return self.modem.delay(self.payload_bytes(fixes, named))
 
 
 def messages_of(mf: Downlink, assignment_bytes: int = 0, told: int = 0) -> Messages:
-    """Return the messages of a downlink, which tell so many AUVs their slots by records of
+    """Return the messages of a downlink, which announce the slots of `told` AUVs by records of
     `assignment_bytes` each.
     """
     table = None if mf.airtimes is None else airtime_table(mf.airtimes)
@@ -145,7 +144,7 @@ def messages_of(mf: Downlink, assignment_bytes: int = 0, told: int = 0) -> Messa
     splits, room, most = mf.overfull == "split", None, None
     if size is not None:
         room = size - mf.header_bytes
-        # who does not split a broadcast tells all slots in one message
+        # a broadcast that is not split announces all slots in its one message
         reserved = 0 if splits else assignment_bytes * told
         most = (room - reserved) // mf.fix_bytes
     return Messages(modem, mf.header_bytes, mf.fix_bytes, most, splits, room, assignment_bytes)

@@ -16,7 +16,7 @@ from .loss import COMBINERS, LossTerms, contention_loss, loss_law
 from .sonar_equation import SoundMessage, timing_sd_s
 from .sound_settings import Sound
 
-# The channel of a frame of so many bytes that is on the air for so long (s).
+# Function of a frame's size (B) and airtime (s): its channel
 FrameChannel = Callable[[int, float], AskedChannel]
 
 
@@ -24,28 +24,28 @@ def ping_channel(site: Site) -> AskedChannel | None:
     """Return the channel of pings; None for the compiled disc.
 
     Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
-        ValueError: when the file of a curve is none.
+        PluginError: when a user-defined one is not allowed, or cannot be loaded or called.
+        ValueError: when the file of a curve is not valid.
     """
     hf = site.scenario.acoustics.hf
     return _channel(site, CHANNEL, SoundMessage(hf.ping_s), hf.range_m)
 
 
 def frame_channel(site: Site) -> FrameChannel | None:
-    """Return the channel of frames; None: the disc.  Errors are those of :func:`ping_channel`."""
+    """Return the channel of frames, None for the disc; raises what :func:`ping_channel` does."""
     mf = site.scenario.acoustics.mf
     if not mf.channel.is_own and MF_CHANNEL.declared(mf.channel).ends_at_range:
         return None
 
     @cache
     def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
-        # a frame of neither header nor fix says all the same that it is one
+        # a frame without header and fixes still carries a bit
         message = SoundMessage(airtime_s, max(1, 8 * size_bytes))
         channel = _channel(site, MF_CHANNEL, message, mf.range_m)
         assert channel is not None
         return channel
 
-    channel_of(mf.fix_bytes, 1.0)  # what is wrong with it is told before the mission
+    channel_of(mf.fix_bytes, 1.0)  # mistakes are raised before the mission
     return channel_of
 
 
@@ -63,7 +63,7 @@ def _channel(
 
 
 def loss_of(loss: Loss, range_m: float, auvs: int) -> LossTerms:
-    """Return how likely a ping is lost over a disc of a range (m) that so many AUVs share."""
+    """Return the disc's law of loss for pings within a range (m), shared by so many AUVs."""
     return LossTerms(
         loss_law(loss.law, range_m).coefficients,
         list(COMBINERS).index(loss.combine),
@@ -73,8 +73,8 @@ def loss_of(loss: Loss, range_m: float, auvs: int) -> LossTerms:
 
 
 def timing_sd_of(hf: UplinkSection) -> float:
-    """Return what a ping of 0 dB adds to the noise (s) of the elements that time it; 0 without a
-    sonar that knows of levels.
+    """Return the timing noise (s) that a ping of 0 dB adds at each element; 0 for channels without
+    levels.
     """
     timing = hf.channel.settings.get("timing", "constant")
     if timing == "constant" or not CHANNEL.declared(hf.channel).has_levels:

@@ -1,6 +1,7 @@
-"""How sound spreads from one vehicle to others that move: who is in range, how late, who is deaf.
+"""Propagation of pings to vehicles that move: which are in range, when the ping arrives, which
+failed.
 
-These are the compiled inner loops of the bands.  ASVs that fail miss pings that come to them.
+These are the compiled inner loops of the bands.
 """
 
 from math import inf, isfinite, isnan, nan
@@ -26,24 +27,24 @@ from ..vehicles.motion import Motion, Place, where
 from .loss import LossTerms, loss_probability
 from .travel_time import NEARLY_THERE, distance, travel_time_to
 
-# What becomes of a signal on its way: the probability that it is lost if nothing overlaps it; its
-# SNR (dB), NaN where the channel knows of none; how strong a sound it is where it overlaps others,
-# its intensity in units of the noise: 0 is too weak to matter, 1 where no levels are known; and how
-# much later (s) it is there than straight on at the speed of sound, below 0: sooner.
+# A channel's answer about a signal: its loss probability if nothing overlaps it; its SNR (dB, or
+# NaN); its strength where it overlaps others, as intensity in units of the noise (0: too weak to
+# matter, 1: no levels are known); and how much later (s) it arrives than on a straight ray at the
+# speed of sound (negative: sooner).
 PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8"), ("late_s", "f8")])
 
-# Of the disc, which is compiled, and not asked
-DISC: Rows = np.empty((0, 0), PROSPECT)
+# The disc is compiled and answers no prospects.
+NO_PROSPECTS: Rows = np.empty((0, 0), PROSPECT)
 
-# Arrivals that overlap by less (s) only touch: rounding of the instants is far smaller.
+# Arrivals that overlap by less (s) only touch; rounding errors of the instants are far smaller.
 TOUCH = 1e-9
 
 
 class SignalBand(NamedTuple):
     """What holds for the signals of a band.
 
-    They reach `reach` (m), the edge included, compared with the slant range if `slant`, else with
-    the horizontal one; they last `duration` (s), and travel at `sound_speed` (m/s).
+    They reach `reach` (m), inclusive, in slant range if `slant`, else in horizontal range; they
+    last `duration` (s), and travel at `sound_speed` (m/s).
     """
 
     slant: bool
@@ -54,14 +55,14 @@ class SignalBand(NamedTuple):
 
 @compiled
 def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
-    """Tell whether two places are within a reach (m), seen from above unless `slant`."""
+    """Return whether two positions are within a reach (m), horizontally unless `slant`."""
     rise = here[2] - there[2] if slant else 0.0
     return bool((here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + rise**2 <= reach**2)
 
 
 class SignalPath(NamedTuple):
-    """What happens to signals of a group on their way: the law of the disc (:mod:`.loss`), or what
-    becomes of each at each who listens (n, m), where another channel was asked.
+    """What happens to the signals of a group between sender and listener: the disc's law of loss
+    (:mod:`.loss`), or another channel's `prospects` (n, m).
     """
 
     band: SignalBand
@@ -73,8 +74,8 @@ class SignalPath(NamedTuple):
 def prospect(
     here: Place, there: Place, number: int, listener: int, way: SignalPath
 ) -> tuple[bool, float, float, float]:
-    """Tell whether a signal of a sender, `number` of its group, may be decoded by a listener; how
-    strong it is there, its SNR (dB), and how much later (s) than straight on it comes, as of
+    """Return whether a listener may decode a signal of sender `number` of its group, its strength
+    there, its SNR (dB), and how much later (s) than on a straight ray it arrives, as of
     :data:`PROSPECT`.
     """
     if way.prospects.size:
@@ -86,7 +87,7 @@ def prospect(
 
 @compiled
 def lost(slant_range: float, number: int, listener: int, way: SignalPath) -> float:
-    """Return how likely a signal between them is lost that travels a slant range (m)."""
+    """Return the probability that a signal between the two is lost over a slant range (m)."""
     if way.prospects.size:
         return float(way.prospects[number, listener].loss)
     return loss_probability(slant_range, way.loss)
@@ -94,15 +95,15 @@ def lost(slant_range: float, number: int, listener: int, way: SignalPath) -> flo
 
 @compiled
 def drowns(strength: float, others: float, capture: float) -> bool:
-    """Tell whether sounds that overlap a signal, of so much together, destroy it (:class:`.channel.
-    Receiver`).
+    """Return whether overlapping sounds of summed strength `others` destroy a signal
+    (:class:`.channel.Receiver`).
     """
     return others > 0.0 and strength < capture * (1.0 + others)
 
 
 @compiled
 def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> bool:
-    """Tell whether two sounds overlap that last from an instant (s) to another; touching is none.
+    """Return whether two sounds overlap, by their begins and ends (s); touching does not count.
 
     >>> meet(0.0, 1.0, 0.9, 3.0), meet(0.0, 1.0, 1.0, 3.0)
     (True, False)
@@ -111,10 +112,9 @@ def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> 
 
 
 class Spread(NamedTuple):
-    """What pings spread in, handed over once: how those move who send and who listen, what happens
-    on the way, and the rows of pings and receptions, which have room for more.  AUVs send and ASVs
-    listen, or the other way round if `asvs_send`.  Without `everything` who is out of range gets no
-    row.
+    """What pings propagate in, packed once: the rows of pings and receptions, with free rows; the
+    signal path; the motions of senders and listeners.  AUVs send and ASVs listen, or the reverse if
+    `asvs_send`.  Without `everything` listeners out of range get no row.
     """
 
     pings: Annotated[Rows, PING]
@@ -131,14 +131,13 @@ def spread(
     packed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
     sure: bool, ping: int, row: int,
 ) -> int:  # fmt: skip
-    """Let a group of vehicles ping at an instant (s): write their rows, the first of which is
-    `ping`, and from `row` on one for each who listens.
+    """Let a group of vehicles ping at an instant (s): write the pings from row `ping` on, and from
+    `row` on a reception for each listener.
 
-    Return the row that comes after the last reception.  `packed` is the address of a
-    :class:`Spread`.  An AUV that was `called` in vain (1,), :data:`..records.rows.CALLED`, does not
-    ping (:func:`silence`).  So many `calls` are on record by now.  Where it is not `sure` how those
-    go on who listen, the arrivals written are those at which a ping is nearly there
-    (:func:`arrive`).
+    Return the row after the last reception.  `packed` is the address of a :class:`Spread`.  An AUV
+    that was `called` in vain (1,), :data:`..records.rows.CALLED`, does not ping (:func:`silence`).
+    There are `calls` sounds on record by now.  Unless it is `sure` how listeners will move, the
+    arrivals written are those at which a ping is nearly there (:func:`arrive`).
     """
     into = unpacked(packed, Spread)
     pings, duration, call = into.pings, into.way.band.duration, called[0]
@@ -166,7 +165,7 @@ def spread(
 
 @compiled
 def places_of(motion: Motion, time: float) -> Floats:
-    """Return x, y, z (m) of all vehicles at an instant (s), (n, 3)."""
+    """Return the positions x, y, z (m) of all vehicles at an instant (s), (n, 3)."""
     places = np.empty((motion.first.size - 1, 3))
     for vehicle in range(len(places)):
         places[vehicle, 0], places[vehicle, 1], places[vehicle, 2], _ = where(motion, vehicle, time)
@@ -177,11 +176,11 @@ def places_of(motion: Motion, time: float) -> Floats:
 def _reach(
     ping: Row, number: int, row: int, places: Floats, sure: bool, into: Spread
 ) -> tuple[int, int, float]:
-    """Write the receptions of a ping, `number` of its group, from a row on; who listens is at its
-    places (n, 3), m, as it begins.
+    """Write the receptions of a ping, `number` of its group, from a row on; listeners are at
+    `places` (n, 3), m, as it begins.
 
-    Return the row after the last, how many are in range, and how long (s) the ping travels to the
-    last of these; to the last that it is any sound at, write it to the ping.
+    Return the row after the last, how many listeners are in range, and the longest travel time (s)
+    to these; write the longest to any at which the ping sounds to its row.
     """
     in_range, longest, way, sound_speed = 0, 0.0, into.way, into.way.band.sound_speed
     here = ping.x_m, ping.y_m, ping.z_m, 0.0
@@ -220,8 +219,8 @@ def _reach(
 
 @compiled
 def _meet(line: Row, sent_at: float, straight: float, bent: float, band: SignalBand) -> None:
-    """Write when a ping arrives that would travel for so long (s) straight on and comes so much
-    later (s).
+    """Write when a ping arrives: `straight` (s) is its travel time on a straight ray, `bent` (s)
+    how much later it arrives.
     """
     line.travel_time_s, line.bent_s, line.sent_at_s = straight + bent, bent, sent_at
     line.slant_range_m = straight * band.sound_speed
@@ -231,8 +230,8 @@ def _meet(line: Row, sent_at: float, straight: float, bent: float, band: SignalB
 
 @compiled
 def arrive(packed: int, row: int, straight: float, bent: float) -> None:
-    """Write the arrival of a ping that is nearly there, now that it is known for how long (s) it
-    travels straight on and how much later (s) it comes; `packed` as of :func:`spread`.
+    """Write the arrival of a ping that is nearly there, now that its travel time on a straight ray
+    and how much later it arrives are known (s); `packed` as of :func:`spread`.
     """
     into = unpacked(packed, Spread)
     line, way = into.receptions[row], into.way
@@ -242,10 +241,10 @@ def arrive(packed: int, row: int, straight: float, bent: float) -> None:
 
 
 def lose_at_failed(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
-    """Let ASVs that have failed, or fail meanwhile, not hear pings that have just been sent.
+    """Mark receptions of pings that have just been sent at ASVs that fail by their end.
 
-    `receptions` are those of `pings`.  Who has failed before a ping comes is as good as not there:
-    nothing is in range of it.  Who fails while one is arriving has lost it.
+    A ping is out of range of an ASV that failed before it arrives, and lost at one that fails while
+    it arrives.
     """
     sender = receptions["ping"] - pings["ping"][0]
     arrive = pings["sent_at_s"][sender] + receptions["travel_time_s"]
@@ -265,26 +264,25 @@ def lose_at_failed(failures: Failures, pings: Rows, receptions: Rows, band: Sign
 
 
 def silence(receptions: Rows, outcome: int) -> None:
-    """Let nothing arrive of a ping whose call had an outcome other than to be heard."""
+    """Let nothing arrive of a ping whose call had an outcome other than heard."""
     for name in ("arrived_at_s", "ended_at_s", "snr_db"):
         receptions[name] = nan
     unanswered = receptions["outcome"] != OUT_OF_RANGE
     receptions["outcome"][unanswered], receptions["why"][unanswered] = outcome, UNANSWERED
 
 
-# An ASV that an outside program moves has no sure future. So the arrival of a ping is at first
-# where a constant velocity would have it (:mod:`..vehicles.poses`), which is right within a
-# microsecond. The sound of a call that may drown it at other ASVs stays where it was predicted.
+# The motion of an ASV that an outside program moves is not known ahead.  A ping's arrival is first
+# predicted at constant velocity (:mod:`..vehicles.poses`), which is right within a microsecond.
+# The sound of a call that may drown the ping at other ASVs keeps its predicted arrival.
 
 
 @compiled
 def amend(packed: int, time: float, first: int, end: int) -> int:
-    """Work out anew when the pings `first` to `end` (not included) arrive, as ASVs have moved by an
-    instant (s).
+    """Work out again when the pings `first` to `end` (not included) arrive, as ASVs have moved by
+    an instant (s).
 
-    Arrivals before that are then exact, and what is not there by then has a later one.  Return the
-    first of the pings that have not arrived everywhere.  `packed` is the address of a
-    :class:`.propagation.Spread`.
+    Arrivals up to then are exact now, later ones are predicted anew.  Return the first ping that
+    has not arrived everywhere.  `packed` is the address of a :class:`.propagation.Spread`.
     """
     of = unpacked(packed, Spread)
     pings, band, under_way = of.pings, of.way.band, end
@@ -304,15 +302,15 @@ def amend(packed: int, time: float, first: int, end: int) -> int:
 def _travel(
     ping: Row, receptions: Rows, listeners: Motion, band: SignalBand
 ) -> tuple[float, float, float]:
-    """Write how long (s) a ping travels to its ASVs; return the longest way (s): to any of them, to
-    any in range, and to any where it is a sound at all.
+    """Write the travel times (s) of a ping to its listeners; return the longest (s): to any of
+    them, to any in range, and to any at which it sounds.
     """
     here = ping.x_m, ping.y_m, ping.z_m, 0.0
     latest, last, longest = 0.0, 0.0, 0.0
     for line in receptions:
         sent_at = ping.sent_at_s + line.bent_s
         straight = travel_time_to(here, listeners, line.listener, sent_at, band.sound_speed)
-        silent = isnan(line.arrived_at_s)  # whom no call reached does not ping
+        silent = isnan(line.arrived_at_s)  # an AUV that no call reached does not ping
         _meet(line, ping.sent_at_s, straight, line.bent_s, band)
         if silent:
             line.arrived_at_s = line.ended_at_s = nan

@@ -1,7 +1,7 @@
-"""Signals that any vehicle sends to all others: where each sounds, and what becomes of it there.
+"""Signals that any vehicle sends to all others: the sounds of each, and their outcomes.
 
-Data packets, frames of AUVs, signals of access programs and, at other AUVs, pings spread in one way
-(:meth:`Sounds.send`) and are decided in one way (:func:`signal_outcome`), on the sea of their band.
+Data packets, frames of AUVs, signals of access programs and, at other AUVs, pings all propagate by
+:meth:`Sounds.send` and are decided by :func:`signal_outcome`, on the sea of their band.
 """
 
 from math import inf, nan
@@ -41,7 +41,7 @@ from .propagation import PROSPECT, drowns, within
 from .sounds import SOUND, Sea, beyond, deafen, emit, interference, place_of, solve
 from .travel_time import NEARLY_THERE, PASSED, distance
 
-# As what a signal of a kind deafens who sends it
+# By kind of signal: the word for it where it drowns what its own sender hears
 ITSELF = {
     BY_PING: BY_OWN_PING,
     BY_SIGNAL: BY_OWN_SIGNAL,
@@ -49,21 +49,21 @@ ITSELF = {
     BY_AUV_FRAME: BY_OWN_FRAME,
 }
 
-# A sound is over by an instant (s) that its end has been rounded to.
+# A sound counts as over by an instant up to so much (s) before its end, which is rounded.
 ROUNDING = 1e-9
 
-# Where it is not known when a sound will be there, it is looked at again so much later (s).
+# A sound whose arrival is not known yet is looked at again so much later (s).
 SOON = 1e-3
 
-# Pings that sound beside other signals: receptions, pings, how long (s) each lasts.  None do on MF.
+# Pings that sound beside other signals: receptions, pings, and their duration (s); none on MF.
 Pings = tuple[Rows, Rows, float]
 NO_PINGS: Pings = (np.empty(0, RECEPTION), np.empty(0, PING), 0.0)
 
 
 class Spreading(NamedTuple):
-    """How signals of a band (`name`) come to others: as the `channel` says, which may draw from
-    `random`; where none is asked, within a `reach` (m), seen from above unless `slant`, with the
-    disc's `loss`.  They are lost where the path changes faster than a `doppler_limit` (m/s).
+    """How signals of a band (`name`) propagate: by the `channel`, which may draw from `random`;
+    None: within a `reach` (m), horizontal unless `slant`, with the disc's `loss`.  They are lost
+    where the range changes faster than `doppler_limit` (m/s), if not None.
     """
 
     channel: AskedChannel | None
@@ -81,13 +81,13 @@ class Sounds(EventBuffer):
     def __init__(
         self, auvs: VehicleFleet, asvs: VehicleFleet, sound_speed: float, *, long: bool
     ) -> None:
-        """Take who sends and listens, and the sound speed (m/s); `long` as of :class:`Sea`."""
+        """Take the fleets and the sound speed (m/s); `long` as of :class:`Sea`."""
         super().__init__(SOUND)
-        #: What compiled code is handed, a :class:`Sea`.
+        #: The packed :class:`Sea` for compiled code.
         self.sea = Packed(Sea(self.array, auvs.motion, asvs.motion, sound_speed, long))
         self.hand_on(self.sea, "sounds")
         self.fleets, self._speed, self._long = (auvs, asvs), sound_speed, long
-        #: How many AUVs there are, and vehicles in all.
+        #: The numbers of AUVs, and of all vehicles.
         self.auvs, self.vehicles = len(auvs), len(auvs) + len(asvs)
 
     def deafen(self, kind: int, signal: int, vehicle: int, time: float, lasts: float) -> None:
@@ -98,11 +98,11 @@ class Sounds(EventBuffer):
         self, kind: int, signal: int, sender: int, time: float, lasts: float, by: Spreading,
         keys: NDArray[np.uint64], nth: int, listeners: int | None = None,
     ) -> range:  # fmt: skip
-        """Let a vehicle send a signal to the first so many of all vehicles (None: to all), but to
-        itself and to ASVs that have failed; return the sounds of it.
+        """Let a vehicle send a signal to the first so many of all vehicles (None: to all), except
+        itself and failed ASVs; return its sounds.
 
-        It is the `nth` of its sender, and lost by the chance of that and `keys` (listeners,).
-        Meanwhile its sender hears nothing.
+        It is the sender's `nth` signal; `keys` (listeners,) and that number draw its losses.  The
+        sender hears nothing meanwhile.
         """
         for fleet in self.fleets:
             fleet.advance(time)
@@ -126,7 +126,7 @@ class Sounds(EventBuffer):
     def heard_from(
         self, channel: AskedChannel, sender: int, time: float, listeners: int, by: Spreading
     ) -> Rows:
-        """Return what a channel makes of a signal that begins at an instant (s) at the first so
+        """Return a channel's answer about a signal that begins at an instant (s), at the first so
         many of all vehicles, :data:`.propagation.PROSPECT`.
         """
         auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self.fleets)
@@ -134,18 +134,18 @@ class Sounds(EventBuffer):
         return heard_from(channel, time, sender, around, listeners, by.reach, by.name, by.random)
 
     def lose_shifted(self, sounds: Rows, time: float, limit: float) -> None:
-        """Let those who would decode signals that begin at an instant (s) lose them where the path
-        changes faster than a limit (m/s).
+        """Mark as lost the sounds of signals that begin at an instant (s), where they would be
+        decoded and the range changes faster than a limit (m/s).
         """
         senders, listeners = sounds["sender"].copy(), sounds["listener"].copy()
         shifted = beyond(self.sea.address, senders, listeners, time, limit)
         shifted &= sounds["outcome"] == IN_FLIGHT
         sounds["outcome"][shifted], sounds["why"][shifted] = LOST, DOPPLER
 
-    # What becomes of sounds
+    # Arrivals and outcomes
 
     def known(self, time: float) -> float:
-        """Return up to when (s) it is known how all vehicles move, at least to an instant (s)."""
+        """Advance vehicles to an instant (s); return up to when (s) their motion is known."""
         if all(fleet.foreseen for fleet in self.fleets):
             return inf
         for fleet in self.fleets:
@@ -153,7 +153,7 @@ class Sounds(EventBuffer):
         return time
 
     def expected_end(self, row: int, now: float) -> float:
-        """Return when (s) a sound is over, or an instant before that at which to look again."""
+        """Return when (s) a sound is over, or an earlier instant at which to look again."""
         sound, known = self.array[row], inf
         if not all(fleet.foreseen for fleet in self.fleets):
             here, there = (self._place(int(sound[whose]), now) for whose in ("sender", "listener"))
@@ -169,20 +169,20 @@ class Sounds(EventBuffer):
         return end if end < inf else now + SOON
 
     def _place(self, vehicle: int, time: float) -> tuple[float, float, float]:
-        """Return where (m) a vehicle is at an instant (s) that has come."""
+        """Return the position (m) of a vehicle at an instant (s) that is not later than now."""
         fleet, number = (0, vehicle) if vehicle < self.auvs else (1, vehicle - self.auvs)
         x, y, z, _ = self.fleets[fleet].vehicles[number].at(time)
         return x, y, z
 
     def settle(self, time: float) -> None:
-        """Work out when all sounds are at their listeners, as far as is known at an instant (s)."""
+        """Solve the arrivals of all sounds as far as motion is known at an instant (s)."""
         solve_rows(self.sea.address, 0, self.count, self.known(time))
 
     def outcome(
         self, row: int, time: float, capture: float, pings: Pings = NO_PINGS
     ) -> tuple[int, int, int]:
-        """Return what has become of a sound by an instant (s), why, and by what; `pings` sound at
-        ASVs as well.
+        """Return the outcome of a sound by an instant (s), the reason, and the number of the signal
+        that overlapped it; `pings` sound at ASVs as well.
         """
         return outcome_of(
             self.sea.address, row, time + ROUNDING, self.known(time), self.count, *pings, self.auvs,
@@ -190,7 +190,7 @@ class Sounds(EventBuffer):
         )  # fmt: skip
 
     def fails_meanwhile(self, row: int) -> bool:
-        """Tell whether a sound is at an ASV that fails before it is over."""
+        """Return whether a sound is at an ASV that fails before the sound is over."""
         sound = self.array[row]
         asv, arrived = int(sound["listener"]) - self.auvs, float(sound["arrived_at_s"])
         lasts = float(sound["ended_at_s"]) - arrived
@@ -199,7 +199,7 @@ class Sounds(EventBuffer):
     def received(
         self, row: int, time: float, capture: float, pings: Pings = NO_PINGS
     ) -> tuple[int, int, int]:
-        """Return :meth:`outcome` of a sound that is lost at an ASV that fails meanwhile."""
+        """Return :meth:`outcome`, but lost at an ASV that fails meanwhile."""
         found = self.outcome(row, time, capture, pings)
         if found[0] in (HEARD, LOST) and self.fails_meanwhile(row):
             return LOST, FAILED_MEANWHILE, NONE
@@ -209,8 +209,8 @@ class Sounds(EventBuffer):
 def luck_keys(
     streams: Streams, purpose: Purpose, sender: tuple[int, ...], fleets: tuple[VehicleFleet, ...]
 ) -> NDArray[np.uint64]:
-    """Return what signals of a sender are lost by on their way to each vehicle: a further vehicle
-    leaves the others' as they were.
+    """Return the keys that draw the losses of a sender's signals at each vehicle: a further vehicle
+    leaves those of the others as they were.
     """
     return np.concatenate([
         streams.of(purpose, *sender, kind).integers(2**64, size=len(fleet), dtype=np.uint64)
@@ -224,11 +224,11 @@ def spread_signal(
     deaf: NDArray[np.bool_], slant: bool, reach: float, loss: LossTerms, prospects: Rows,
     keys: NDArray[np.uint64], nth: int,
 ) -> int:  # fmt: skip
-    """Write the sounds of a signal from a row on, at all that are not `deaf` (n,); return the row
-    after the last.
+    """Write the sounds of a signal from a row on, at all vehicles that are not `deaf` (n,); return
+    the row after the last.
 
-    Each is lost by a chance of its pair of vehicles, by its key of `keys` (n,): that of the `nth`
-    signal of its sender.  On the disc there are no `prospects`, else (n,).
+    `keys` (n,) and `nth`, the number of the signal among its sender's, draw the loss at each.
+    `prospects` (n,) are the channel's answer, empty on the disc.
     """
     sea = unpacked(packed, Sea)
     strengths, lates, here = np.full(deaf.size, nan), np.zeros(deaf.size), place_of(
@@ -255,14 +255,14 @@ def spread_signal(
             sound.outcome, sound.why = OUT_OF_RANGE, OUT_OF_RANGE
         elif uniform(keys[sound.listener], 0, nth, 0) < sound.loss:
             sound.outcome, sound.why = LOST, CHANCE
-        if not sea.long and sound.listener >= sea.auvs.first.size - 1:  # what pings meet at ASVs
+        if not sea.long and sound.listener >= sea.auvs.first.size - 1:  # may overlap pings at ASVs
             solve(sound, inf, sea)
     return end
 
 
 @compiled
 def solve_rows(packed: int, first: int, end: int, known: float) -> None:
-    """Solve the sounds first..end of a sea by its address (:func:`.sounds.solve`)."""
+    """Solve the sounds first..end of a packed sea (:func:`.sounds.solve`)."""
     sea = unpacked(packed, Sea)
     for row in range(first, end):
         solve(sea.sounds[row], known, sea)
@@ -273,7 +273,7 @@ def outcome_of(
     packed: int, row: int, time: float, known: float, count: int, receptions: Rows, pings: Rows,
     ping_s: float, auvs: int, capture: float,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Return :func:`signal_outcome` of a sound of the first `count` of a sea, by its address."""
+    """Return :func:`signal_outcome` of a sound among the first `count` of a packed sea."""
     sea = unpacked(packed, Sea)
     solve(sea.sounds[row], known, sea)
     return signal_outcome(
@@ -286,12 +286,12 @@ def signal_outcome(
     row: int, sounds: Rows, time: float, receptions: Rows, pings: Rows, ping_s: float, auvs: int,
     capture: float, sea: Sea | None, known: float,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Return what has become of a sound by an instant (s), why and by what; in flight if it is not
-    over by then.
+    """Return the outcome of a sound by an instant (s), the reason, and the number of the strongest
+    signal that overlapped it; in flight if it is not over by then.
 
-    At ASVs pings of `ping_s` (s) sound as well: `receptions`.  `sea` and `known` as of
-    :func:`.sounds.interference`.  A frame of an ASV that is lost anyway is not told to be destroyed
-    by what overlaps it.
+    At ASVs the `receptions` of `pings` of `ping_s` (s) sound as well.  `sea` and `known` as of
+    :func:`.sounds.interference`.  An ASV's frame that is lost anyway stays lost, even if other
+    sounds overlap it.
     """
     sound = sounds[row]
     if sound.outcome == OUT_OF_RANGE:

@@ -22,10 +22,10 @@ Complex = NDArray[np.complex128]
 
 
 class Sea(NamedTuple):
-    """A flat sea: its depth (m), its water (kg/m3, m/s), the bottom's sediment (kg/m3, m/s), and
-    the standard deviation of the surface's height (m).
+    """A flat sea for echoes: its depth (m), its water (kg/m3, m/s), the bottom's sediment (kg/m3,
+    m/s), and the standard deviation of the surface's height (m).
 
-    The sediment is fluid and takes nothing; the usual one is sand.
+    The sediment is a fluid without loss; the default is sand.
     """
 
     depth_m: float
@@ -37,7 +37,7 @@ class Sea(NamedTuple):
 
 
 class EchoPath(NamedTuple):
-    """How an echo goes: its reflections, such as SB for surface, then bottom.
+    """The path of an echo: its reflections, such as SB for surface, then bottom.
 
     Its vertical extent is 2 `depths` H + `source` zs + `receiver` zr.
     """
@@ -49,7 +49,7 @@ class EchoPath(NamedTuple):
 
 
 def ways(most_reflections: int) -> Iterator[EchoPath]:
-    """Yield the ways of all echoes of up to so many reflections, fewest first.
+    """Yield the paths of all echoes with up to so many reflections, fewest first.
 
     >>> [way.name for way in ways(3)]
     ['S', 'B', 'SB', 'BS', 'SBS', 'BSB']
@@ -62,11 +62,11 @@ def ways(most_reflections: int) -> Iterator[EchoPath]:
 
 
 class Echoes(NamedTuple):
-    """Echoes beside the sound that came straight: each of `ways` along the first axis.
+    """Echoes beside the direct sound, one for each of `ways` along the first axis.
 
-    How much later (s) they arrive; their amplitude in units of the straight sound's, with its sign
-    and phase, also those that surface and bottom give it; and the sine of the elevation from which
-    they arrive, positive from above.
+    How much later (s) they arrive; their complex amplitude relative to the direct sound, with the
+    phases of surface and bottom; and the sine of the elevation from which they arrive, positive
+    from above.
     """
 
     ways: tuple[EchoPath, ...]
@@ -85,11 +85,11 @@ def echoes(
 ) -> Echoes:
     """Return the echoes over horizontal ranges (m) between two depths (m), arrays of one shape.
 
-    Spherical spreading along the straight ways of images.  The surface turns the phase and, rough,
-    scatters: -exp(-2 (k sd sin g)^2) at a grazing angle g; the bottom takes
-    :func:`bottom_reflection`.  Raises ValueError for depths outside the sea.
-    Source: F. B. Jensen et al., Computational Ocean Acoustics (2011), 2.4; L. M. Brekhovskikh,
-    Yu. P. Lysanov, Fundamentals of Ocean Acoustics (2003), 9.
+    Sound spreads spherically along the straight paths of images.  The surface inverts the phase
+    and, if rough, scatters: -exp(-2 (k sd sin g)^2) at a grazing angle g; the bottom reflects as
+    :func:`bottom_reflection`.  Raises ValueError for depths outside the sea.  Source: F. B. Jensen
+    et al., Computational Ocean Acoustics (2011), 2.4; L. M. Brekhovskikh, Yu.  P. Lysanov,
+    Fundamentals of Ocean Acoustics (2003), 9.
     """
     away, source, receiver = np.broadcast_arrays(
         *(np.asarray(value, dtype=float) for value in (range_m, source_depth_m, receiver_depth_m))
@@ -126,8 +126,8 @@ def echoes(
 def bottom_reflection(sea: Sea, grazing_rad: ArrayLike) -> Complex:
     """Return the Rayleigh reflection coefficient of the bottom at grazing angles (rad).
 
-    Below the critical angle all comes back, turned in phase.
-    Source: F. B. Jensen et al., Computational Ocean Acoustics (2011), eq. 1.57.
+    Below the critical angle reflection is total, with a phase shift.  Source: F. B. Jensen et al.,
+    Computational Ocean Acoustics (2011), eq. 1.57.
 
     >>> round(float(bottom_reflection(Sea(30.0), math.pi / 2).real), 6)
     0.341894
@@ -147,9 +147,9 @@ def _surface(sea: Sea, frequency_khz: float, grazing: Floats) -> Floats:
 
 
 class Blend(NamedTuple):
-    """What a receiver makes of a ping whose echoes it cannot tell from it: how much later (s) it
-    seems to arrive, its amplitude in units of the straight sound's, and the sine of the elevation
-    from which it seems to come.
+    """A ping and the echoes that a receiver cannot separate from it: how much later (s) it seems to
+    arrive, its amplitude relative to the direct sound, and the sine of the elevation from which it
+    seems to come.
     """
 
     later_s: Floats
@@ -160,10 +160,10 @@ class Blend(NamedTuple):
 def blended(found: Echoes, straight_from_above: ArrayLike, bandwidth_khz: float) -> Blend:
     """Return what a matched filter sees of pings with echoes that come within 1 / B of them.
 
-    The compressed pulse is a triangle of 1 / B on each side, so much of an echo adds up with the
-    ping, by phase.  Delay and direction are those of the sum's local slowness, Re(sum a x / sum a):
-    what small arrays measure.  Where echo and ping cancel, it is far from either: an outlier.
-    `straight_from_above` is the sine of the elevation from which the straight sound comes.
+    The compressed pulse is a triangle of 1 / B on each side; that much of an echo adds to the ping,
+    by phase.  Delay and direction are the sum's local slowness, Re(sum a x / sum a), which small
+    arrays measure.  Where echo and ping cancel, it is far from either: an outlier.
+    `straight_from_above` is the sine of the elevation from which the direct sound comes.
     """
     direct = np.asarray(straight_from_above, dtype=float)
     overlap = np.maximum(1.0 - found.later_s * bandwidth_khz * 1e3, 0.0)
@@ -181,12 +181,12 @@ def blended(found: Echoes, straight_from_above: ArrayLike, bandwidth_khz: float)
 # drown others.
 
 
-# Where the chance of a decoding with many steps is worked out once (dB), to be looked up between:
-# at 0.1 dB it is within 1e-3 of itself even without shadowing.
+# SNRs (dB) at which a costly decoding chance is tabulated: steps of 0.1 dB keep it within 1e-3 even
+# without shadowing.
 LOOKED_UP = np.linspace(-60.0, 80.0, 1401)
 
-# Slant ranges (m) at which everything is worked out once, and between which it changes over from
-# one to the next: levels are those of a range within 0.02 % of the true one.  Farther is as there.
+# Slant ranges (m) at which prospects are tabulated, and the limits between them: a range is rounded
+# by at most 0.02 %.  Beyond the last, its values hold.
 FARTHEST = 1e6
 RANGES = np.geomspace(REFERENCE_M, FARTHEST, 40_001)
 CHANGES_OVER = np.sqrt(RANGES[1:] * RANGES[:-1])
@@ -196,8 +196,8 @@ CHANGES_OVER = np.sqrt(RANGES[1:] * RANGES[:-1])
 class Listener:
     """A receiver of messages of one kind, by their SNR.
 
-    `threshold_db` is the SNR at which half of all are decoded, and `chances` those at LOOKED_UP
-    (dB) by other ways than a threshold.
+    Half of all messages are decoded at `threshold_db`; `chances` are the decoding chances at
+    LOOKED_UP (dB), for decodings other than a threshold.
     """
 
     sonar: Sound
@@ -207,17 +207,17 @@ class Listener:
 
     @property
     def faintest_db(self) -> float:
-        """The least SNR (dB) with which signals drown others."""
+        """The least SNR (dB) at which signals drown others."""
         return self.threshold_db - self.sonar.interference_db
 
     def receiver(self, noise_db: float) -> Receiver:
-        """Return what decides, in noise of a level (dB)."""
+        """Return the receiver, in noise of a level (dB)."""
         capture = self.sonar.capture_db
         ratio = math.inf if capture is None else 10.0 ** (capture / 10.0)
         return Receiver(ratio, self.sonar.shadowing_sd_db, noise_db, self.threshold_db)
 
     def prospects_at(self, snr_db: Floats) -> Prospects:
-        """Return what becomes of signals of an SNR (dB), of any shape."""
+        """Return the prospects of signals by SNR (dB), in the same shape."""
         if self.sonar.decoding == "threshold":
             chance = chance_decoded(self.sonar, snr_db, self.message, self.threshold_db)
         else:
@@ -229,15 +229,15 @@ class Listener:
         return out
 
     def loud(self, snr_db: Floats) -> Floats:
-        """Return how strong sounds of an SNR (dB) are, in units of the noise; 0 if too faint."""
+        """Return the strength of sounds by SNR (dB), in units of the noise; 0 if too faint."""
         return np.where(snr_db >= self.faintest_db, 10.0 ** (snr_db / 10.0), 0.0)
 
 
 def listener(
     sonar: Sound, budget: LinkBudget, message: SoundMessage, band_range_m: float
 ) -> Listener:
-    """Return the receiver of a band; where no threshold is given, half of all messages are decoded
-    over the band's range (m).
+    """Return the receiver of a band; if no threshold is given, half of all messages are decoded at
+    the band's range (m).
     """
     if sonar.decoding == "threshold":
         threshold = threshold_db(sonar, budget, band_range_m)
@@ -248,14 +248,14 @@ def listener(
 
 @dataclass(frozen=True)
 class SonarChannel:
-    """Signals are decoded as often as their SNR says; `by_range` is their fate at RANGES."""
+    """Channel whose decoding chance follows SNR; `by_range` tabulates prospects at RANGES."""
 
     by_range: Prospects
     receiver: Receiver
     audible_m: float
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal."""
+        """Return the answer about each signal."""
         return self.by_range.take(CHANGES_OVER.searchsorted(signals.ranges))
 
 
@@ -265,9 +265,8 @@ def sonar_channel(
 ) -> SonarChannel:
     """Return the channel of a band on which messages of one kind are sent.
 
-    `band_range_m` (m) is the protocol's range, at which every other message is decoded where no
-    threshold is given.  Signals drown others as far as their SNR is above the threshold less
-    `interference_db`.
+    If no threshold is given, half of all messages are decoded at `band_range_m` (m), the protocol's
+    range.  Signals drown others down to an SNR of the threshold less `interference_db`.
     """
     hears = listener(sonar, budget, message, band_range_m)
     by_range = hears.prospects_at(budget.snr_db(RANGES))
@@ -278,7 +277,7 @@ def sonar_channel(
 
 
 def reach_m(budget: LinkBudget, snr_db: float) -> float:
-    """Return the slant range (m) up to which signals have an SNR (dB), 0 if nowhere.
+    """Return the slant range (m) up to which signals have an SNR (dB); 0 if nowhere.
 
     >>> from .sonar_equation import link_budget
     >>> round(reach_m(link_budget(Sonar()), 15.0), 1)
@@ -299,9 +298,8 @@ def reach_m(budget: LinkBudget, snr_db: float) -> float:
 MOST_REFLECTIONS = 3
 WAYS = len(tuple(ways(MOST_REFLECTIONS)))
 
-# What echoes make of a ping that they blend into, as of :data:`..records.rows.RECEPTION`; and for
-# each way how much later (s) an echo of its own arrives, and how strong it is where it overlaps
-# others.
+# Effect of echoes on a ping that they blend into, as of :data:`..records.rows.RECEPTION`; and for
+# each path how much later (s) a separate echo arrives, and its strength where it overlaps others.
 ECHO = np.dtype(
     [
         ("late_s", "f8"),
@@ -318,10 +316,10 @@ FAINTEST = 1e-3
 
 @dataclass(frozen=True)
 class EchoingSonar:
-    """A sonar whose pings come straight and by way of surface and bottom.
+    """A sonar whose pings arrive directly and by surface and bottom.
 
-    What comes within 1 / B of a ping adds up with it, by phase: it fades, and seems to come from
-    elsewhere.  What comes later is a sound of its own, which drowns others.
+    Echoes within 1 / B of a ping add to it, by phase: it fades, and seems to come from elsewhere.
+    Later ones are sounds of their own, which drown others.
     """
 
     settings: PingSonar
@@ -331,7 +329,7 @@ class EchoingSonar:
 
     @property
     def receiver(self) -> Receiver:
-        """What decides at its receivers."""
+        """How its receivers tell signals from others."""
         return self.plain.receiver
 
     @property
@@ -340,9 +338,9 @@ class EchoingSonar:
         return self.plain.audible_m
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal.
+        """Return the answer about each signal.
 
-        An AUV answers a call when that seems to have come, echoes and all.
+        A call is late by the echoes that blend into it, and so is the AUV's answer.
         """
         found, echo = self.heard(signals)
         if signals.calling:
@@ -350,7 +348,7 @@ class EchoingSonar:
         return found
 
     def heard(self, signals: Signals) -> Heard:
-        """Return what becomes of each signal (n, m), and its echoes (n, m), :data:`ECHO`."""
+        """Return the answer about each signal (n, m), and its echoes (n, m), :data:`ECHO`."""
         away = np.hypot(
             signals.auvs[:, None, 0] - signals.asvs[:, 0],
             signals.auvs[:, None, 1] - signals.asvs[:, 1],

@@ -1,5 +1,5 @@
-"""The sonar equation: SNR = SL - TL - NL - 10 lg B + DI, over slant range; the sea's noise, and
-how surely a signal of that SNR is detected, decoded and timed.
+"""The sonar equation: SNR = SL - TL - NL - 10 lg B + DI, over slant range; the noise of the sea;
+and the probability that a signal of some SNR is detected or decoded, and how exactly it is timed.
 """
 
 import math
@@ -46,7 +46,7 @@ def ambient_noise_db(
 
 
 def power_sum_db(*levels_db: ArrayLike) -> Floats:
-    """Return the level (dB) of powers together that have these levels (dB); of no power, -inf.
+    """Return the level (dB) of the sum of powers with these levels (dB); of no power, -inf.
 
     >>> round(float(power_sum_db(60.0, 60.0)), 3)
     63.01
@@ -59,11 +59,11 @@ def power_sum_db(*levels_db: ArrayLike) -> Floats:
 def detected(energy: ArrayLike, false_alarm: float, detector: str = "non_coherent") -> Floats:
     """Return the probability of detection for E/N0 (a ratio, not in dB) of a pulse.
 
-    `non_coherent`: a matched filter's envelope, Q1(sqrt(2 E/N0), sqrt(-2 ln Pfa)).  `coherent`: of
-    known phase, Q(Q^-1(Pfa) - sqrt(2 E/N0)).  `rayleigh`: the envelope where E is the mean of a
-    fading channel, Pfa^(1 / (1 + E/N0)).  Raises KeyError for another detector, ValueError for a
-    false-alarm probability outside (0, 1).
-    Source: H. L. Van Trees, Detection, Estimation, and Modulation Theory (1968), part I, 2.6, 4.4.
+    `non_coherent`: envelope of a matched filter, Q1(sqrt(2 E/N0), sqrt(-2 ln Pfa)).  `coherent`:
+    with known phase, Q(Q^-1(Pfa) - sqrt(2 E/N0)).  `rayleigh`: the envelope where E is the mean of
+    a fading channel, Pfa^(1 / (1 + E/N0)).  Raises KeyError for another detector, ValueError for a
+    false-alarm probability outside (0, 1).  Source: H. L. Van Trees, Detection, Estimation, and
+    Modulation Theory (1968), part I, 2.6, 4.4.
 
     >>> [round(float(detected(10.0, 1e-4, detector)), 4) for detector in DETECTORS]
     [0.6161, 0.7743, 0.4329]
@@ -91,12 +91,12 @@ DETECTORS = {"non_coherent": _non_coherent, "coherent": _coherent, "rayleigh": _
 # Levels of sources are those at 1 m: no receiver is nearer than that.
 REFERENCE_M = 1.0
 
-# How sound spreads where a table says what bent rays lose beside that.
+# Spreading for channels whose table has the loss of bent rays beside it
 SPHERICAL = 2.0
 
 
 def absorption_of(sonar: Sound, water: Water) -> float:
-    """Return what water takes of a sonar's sound (dB/km) by the law chosen."""
+    """Return the absorption (dB/km) of a sonar's sound in water, by its law."""
     if sonar.absorption == "thorp":
         return absorption_thorp(sonar.frequency_khz)
     law = absorption if sonar.absorption == "francois_garrison" else absorption_ainslie_mccolm
@@ -106,7 +106,7 @@ def absorption_of(sonar: Sound, water: Water) -> float:
 def transmission_loss_db(
     range_m: ArrayLike, absorption_db_per_km: float, spreading: float = 2.0
 ) -> Floats:
-    """Return what spreading and absorption take of a sound over slant ranges (m), in dB.
+    """Return the loss (dB) by spreading and absorption over slant ranges (m).
 
     10 k lg r + alpha r / 1000; nearer than 1 m counts as 1 m.
 
@@ -122,8 +122,8 @@ def transmission_loss_db(
 class LinkBudget:
     """A sonar in a water: what is the same for all its signals.
 
-    Source level (dB re 1 uPa at 1 m), spreading, absorption (dB/km), and the noise in the band
-    (dB re 1 uPa) that is left of what the receiver's directivity keeps out.
+    Source level (dB re 1 uPa at 1 m), spreading, absorption (dB/km), and the noise in the band (dB
+    re 1 uPa) after the receiver's directivity.
     """
 
     source_level_db: float
@@ -132,7 +132,7 @@ class LinkBudget:
     noise_db: float
 
     def level_db(self, range_m: ArrayLike) -> Floats:
-        """Return how loud signals arrive over slant ranges (m), in dB re 1 uPa: SL - TL."""
+        """Return the received level over slant ranges (m), in dB re 1 uPa: SL - TL."""
         loss = transmission_loss_db(range_m, self.absorption_db_per_km, self.spreading)
         return self.source_level_db - loss
 
@@ -163,7 +163,7 @@ _erfc = np.frompyfunc(math.erfc, 1, 1)
 
 
 def normal_cdf(value: ArrayLike) -> Floats:
-    """Return Phi, the probability that a standard normal number lies below a value.
+    """Return Phi, the probability that a standard normal number is below a value.
 
     >>> float(normal_cdf(0.0))
     0.5
@@ -173,11 +173,11 @@ def normal_cdf(value: ArrayLike) -> Floats:
 
 
 def poisson_at_least(mean: ArrayLike, other: float) -> Floats:
-    """Return the probability that a Poisson number of a mean is at least another's of mean `other`.
+    """Return the probability that a Poisson number is at least an independent one of mean `other`.
 
-    That is Marcum's Q1(sqrt(2 mean), sqrt(2 other)), within 1e-13: of the two numbers' joint
-    distribution only as much is summed as the second ever reaches.  Source: J. I. Marcum, IRE
-    Trans. Inf. Theory 6, 59 (1960); the sum is that of the non-central chi-square distribution.
+    That is Marcum's Q1(sqrt(2 mean), sqrt(2 other)), within 1e-13: the joint distribution is summed
+    up to the largest value that the second number ever reaches.  Source: J. I. Marcum, IRE Trans.
+    Inf.  Theory 6, 59 (1960); the sum is that of the non-central chi-square distribution.
 
     >>> round(float(poisson_at_least(10.0, -math.log(1e-4))), 9)
     0.616135849
@@ -195,7 +195,7 @@ def poisson_at_least(mean: ArrayLike, other: float) -> Floats:
 
 
 def _most(mean: float) -> int:
-    """Return a number that a Poisson number of a mean exceeds less often than 1e-16."""
+    """Return a number that a Poisson number with this mean exceeds less often than 1e-16."""
     return math.ceil(mean + 10.0 * math.sqrt(mean) + 25.0)
 
 
@@ -230,23 +230,23 @@ _MODULATIONS: Mapping[str, Callable[[Floats], Floats]] = {
 }
 
 
-# Shadowing is averaged at these standard deviations: with steps of a sixteenth the mean over
-# 12 dB is right to 1e-6 for frames of 2000 bits, whose chance rises within 3 dB.
+# Points (standard deviations) over which shadowing is averaged: at steps of 1/16 the mean over
+# 12 dB is right to 1e-6 for frames of 2000 bits, whose decoding chance rises within 3 dB.
 _STEPS = np.linspace(-6.0, 6.0, 193)
 _WEIGHTS = np.exp(-0.5 * _STEPS**2) / np.exp(-0.5 * _STEPS**2).sum()
 
 
 class SoundMessage(NamedTuple):
-    """What is to be decoded: how long its sound lasts (s), and how many bits it carries."""
+    """What is to be decoded: the duration of its sound (s), and its number of bits."""
 
     duration_s: float
     bits: int = 0
 
 
 def threshold_db(sonar: Sound, budget: LinkBudget, band_range_m: float) -> float:
-    """Return the SNR (dB) at which every other signal is decoded by the decoding `threshold`.
+    """Return the SNR (dB) at which half of all signals are decoded by the decoding `threshold`.
 
-    Where it is not given, that at the band's range: a disc of that radius with a soft edge.
+    If none is given, the SNR at the band's range: a disc of that radius with a soft edge.
 
     >>> from .sound_settings import Sonar
     >>> round(threshold_db(Sonar(), link_budget(Sonar()), 50.0), 6)
@@ -259,12 +259,12 @@ def threshold_db(sonar: Sound, budget: LinkBudget, band_range_m: float) -> float
 def chance_decoded(
     sonar: Sound, snr_db: ArrayLike, message: SoundMessage, threshold: float = math.nan
 ) -> Floats:
-    """Return the probability that a message of a mean SNR (dB) is decoded where nothing overlaps.
+    """Return the probability that a message with a mean SNR (dB) is decoded if nothing overlaps it.
 
     The SNR is log-normal about its mean.  Decoding `threshold` succeeds where it exceeds the
-    `threshold` (dB, see :func:`threshold_db`): Phi((SNR - threshold) / sd).  Matched filters are
-    given the pulse's energy, E/N0 = SNR B T; frames' bits share it, so a code's redundancy lends
-    its energy to them, but corrects nothing.
+    `threshold` (dB, see :func:`threshold_db`): Phi((SNR - threshold) / sd).  Matched filters use
+    the pulse's energy, E/N0 = SNR B T; the bits of a frame share it, so the redundancy of a code
+    adds energy to them, but corrects nothing.
     """
     mean, spread = np.asarray(snr_db, dtype=float), sonar.shadowing_sd_db
     if sonar.decoding == "threshold":
@@ -298,7 +298,7 @@ def pulse_energy(sonar: Sound, snr_db: ArrayLike, duration_s: float) -> Floats:
 def timing_sd_s(
     sonar: Sound, snr_db: ArrayLike, duration_s: float, carrier: bool = False
 ) -> Floats:
-    """Return the standard deviation (s) of the instant at which an element hears a pulse.
+    """Return the standard deviation (s) of the time of arrival that an element measures of a pulse.
 
     The Cramer-Rao bound 1 / (2 pi beta sqrt(2 E/N0)), with beta = B/sqrt(12) by the envelope,
     sqrt(fc^2 + B^2/12) with the `carrier`; SNR in dB.

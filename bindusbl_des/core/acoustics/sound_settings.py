@@ -1,4 +1,4 @@
-"""The settings of channels with levels, which their equations go by: `sonar` and `table`."""
+"""Settings of the channels with levels, `sonar` and `table`."""
 
 from typing import Literal, Self
 
@@ -9,7 +9,7 @@ from ..scenario.key_types import Real, Text, key
 
 
 class Sound(Lossy):
-    """The settings of channels with levels: a band's sound, what absorbs it, noise and decoding.
+    """Settings of channels with levels: a band's sound, its absorption, noise and decoding.
 
     Levels are in dB re 1 uPa, those of sources at 1 m.
     """
@@ -65,7 +65,7 @@ class Sound(Lossy):
 
     @model_validator(mode="after")
     def _one_way_of_decoding(self) -> Self:
-        """Refuse what the decoding that was chosen does not know."""
+        """Refuse settings that do not fit the chosen decoding, and a band below 0 Hz."""
         if self.snr_threshold_db is not None and self.decoding != "threshold":
             raise ValueError(
                 f"snr_threshold_db belongs to decoding threshold, not {self.decoding}; remove one"
@@ -79,7 +79,7 @@ class Sound(Lossy):
 
 
 class Sonar(Sound):
-    """The settings of the channel `sonar`: sound spreads by a law."""
+    """Settings of the channel `sonar`: sound spreads by a law."""
 
     spreading: Real = key(
         2.0, "1", "spreading k of 10 k lg r: 2 spherical, 1.5 practical, 1 cylindrical", ge=1, le=3
@@ -87,7 +87,7 @@ class Sonar(Sound):
 
 
 class OfPings(Sound):
-    """Sound that carries no bits."""
+    """Settings of sound that carries no bits."""
 
     decoding: Literal["threshold", "non_coherent", "coherent", "rayleigh"] = key(
         "threshold",
@@ -104,7 +104,7 @@ class OfPings(Sound):
 
 
 class PingSonar(OfPings, Sonar):
-    """The settings of the channel `sonar` of pings."""
+    """Settings of the channel `sonar` of pings."""
 
     bottom_m: Real | None = key(
         None, "m", "depth of a flat sea that echoes pings; null = no echoes", ge=1, le=12_000
@@ -118,7 +118,7 @@ class PingSonar(OfPings, Sonar):
 
     @model_validator(mode="after")
     def _echoes_of_a_bottom(self) -> Self:
-        """Refuse what only echoes depend on where there are none, and what lies below the sea."""
+        """Refuse settings of echoes without a bottom, and transducers below it."""
         given = self.model_fields_set & {"surface_sd_m", "transducer_m"}
         if self.bottom_m is None and given:
             raise ValueError(
@@ -133,7 +133,7 @@ class PingSonar(OfPings, Sonar):
 
 
 class Table(Sound):
-    """The settings of the channel `table`: sound goes along bent rays, by a table of its loss."""
+    """Settings of the channel `table`: sound takes bent rays, whose loss is in a table."""
 
     rays: Text | None = key(
         None,
@@ -145,11 +145,11 @@ class Table(Sound):
 
     @model_validator(mode="after")
     def _traced_once(self) -> Self:
-        """Refuse a depth to trace in where rays are given."""
+        """Refuse a depth to trace rays in where rays are given."""
         if self.rays is not None and "bottom_m" in self.model_fields_set:
             raise ValueError("bottom_m is for rays that are traced; remove it, or rays")
         return self
 
 
 class PingTable(OfPings, Table):
-    """The settings of the channel `table` of pings."""
+    """Settings of the channel `table` of pings."""

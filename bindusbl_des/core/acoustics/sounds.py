@@ -1,13 +1,13 @@
 """Sounds where vehicles may hear them: any vehicle sends, any vehicle listens (compiled).
 
-A signal spreads from where its sender is as it begins (:func:`emit`): a sound for each vehicle that
-it reaches.  When it is there follows from where the listener is by then, the light-time equation;
-that is solved once it is asked for and known (:func:`solve`).  Sounds stay on record in the
-order in which their signals were sent, so that what else arrives meanwhile stands beside them
-(:func:`interference`): one search for all kinds of signals and listeners.
+A signal leaves its sender's position as it begins (:func:`emit`), and is one sound for each vehicle
+that it reaches.  Its arrival follows from the listener's position by then, by the light-time
+equation, which is solved once it is needed and both motions are known (:func:`solve`).  Sounds stay
+on record in the order in which their signals were sent, so one search (:func:`interference`) finds
+what else arrives meanwhile, for all kinds of signals and listeners.
 
-Doppler: a signal whose path changes in length faster than its receiver bears is not decoded, though
-it is a sound as any other.  The rate is that of the instant at which the signal begins.
+Doppler: a signal whose range changes faster than its receiver tolerates is not decoded, but sounds
+as any other.  The rate is that of the instant at which the signal begins.
 
 Vehicles are numbered AUVs first, then ASVs.
 """
@@ -27,20 +27,20 @@ from ..vehicles.motion import Motion, Place, velocity, where
 from .propagation import TOUCH, meet
 from .travel_time import PASSED, distance, travel_time_by, travel_time_to
 
-# How strong a sound is that drowns all others: a vehicle hears nothing while it sends.
+# Strength of a vehicle's own sound, which drowns all others: it hears nothing while it sends.
 DEAFENING = inf
 
 
 @dataclass(slots=True)
 class Sound:
-    """A signal where a vehicle may hear it: of which `kind`, as `why` names what overlaps another,
-    and its number among those.
+    """A signal where a vehicle may hear it: its `kind`, the word for it where it overlaps another,
+    and its number among signals of that kind.
 
-    It is to last `lasts_s`, and comes `late_s` later than straight on, `travel_s` after it was
-    sent.  Arrival and end are infinite until they are known.  It is as strong as the `sound` of
+    It lasts `lasts_s`, arrives `travel_s` after it was sent, and `late_s` later than on a straight
+    ray.  Arrival and end are infinite until they are known.  `sound` is its strength, as of
     :data:`.propagation.PROSPECT`.  No sound so far is over later than `longest_s` after it was
-    sent.  Where nothing overlaps it, this is what becomes of it: in flight, if it will be heard;
-    why, and how likely it was lost.
+    sent.  `outcome`, `why` and `loss` are its outcome if nothing overlaps it (in flight: it will be
+    heard), the reason, and its loss probability.
     """
 
     kind: int
@@ -64,9 +64,9 @@ SOUND = row_type(Sound)
 
 
 class Sea(NamedTuple):
-    """What sounds of a band spread in, handed over once: all on record, with room for more, how
-    AUVs and ASVs move, and the sound speed (m/s).  Where signals are `long`, the end of one leaves
-    from where its sender is by then.
+    """What sounds of a band propagate in, packed once: all sounds on record, with free rows, the
+    motions of AUVs and ASVs, and the sound speed (m/s).  Where signals are `long`, a signal's end
+    leaves its sender's position of that instant.
     """
 
     sounds: Annotated[Rows, SOUND]
@@ -78,7 +78,7 @@ class Sea(NamedTuple):
 
 @compiled
 def place_of(vehicle: int, time: float, sea: Sea) -> Place:
-    """Return where (m) a vehicle is at an instant (s)."""
+    """Return the position (m) of a vehicle at an instant (s)."""
     auvs = sea.auvs.first.size - 1
     if vehicle < auvs:
         return where(sea.auvs, vehicle, time)
@@ -90,9 +90,9 @@ def emit(
     sea: Sea, row: int, kind: int, signal: int, sender: int, time: float, lasts: float,
     strengths: Floats, lates: Floats,
 ) -> int:  # fmt: skip
-    """Let a vehicle send a signal at an instant (s), for so long (s): write a sound from `row` on
-    for each vehicle that it reaches: whose number among `strengths` (vehicles,) is not NaN; it
-    comes to that so much later (s) than straight on.  Return the row after the last.
+    """Let a vehicle send a signal at an instant (s), for `lasts` (s): write a sound, from `row` on,
+    for each vehicle whose number in `strengths` (vehicles,) is not NaN; it arrives `lates`
+    (vehicles,), s, later than on a straight ray.  Return the row after the last.
     """
     longest, here = sea.sounds[row - 1].longest_s if row else 0.0, place_of(sender, time, sea)
     for listener in range(len(strengths)):
@@ -115,8 +115,8 @@ def emit(
 def deafen(
     sounds: Rows, row: int, kind: int, signal: int, vehicle: int, time: float, lasts: float
 ) -> int:
-    """Let a vehicle hear nothing from an instant on for so long (s), as it sends a signal itself:
-    write that as a sound, the row of that number.  Return the row after that.
+    """Let a vehicle hear nothing from an instant on for `lasts` (s), as it sends a signal itself:
+    write that as a sound to a row, and return the next row.
     """
     line, before = sounds[row], sounds[row - 1].longest_s if row else 0.0
     line.kind, line.signal, line.sender, line.listener = kind, signal, vehicle, vehicle
@@ -129,8 +129,8 @@ def deafen(
 
 @compiled
 def solve(sound: Row, known: float, sea: Sea) -> None:
-    """Write when a sound is at its listener, by the light-time equation, as far as it is known how
-    who sends and who listens move: up to an instant (s), infinite if to the end.
+    """Write when a sound arrives at its listener and ends there, by the light-time equation, as far
+    as both motions are known: up to the instant `known` (s), or infinite.
     """
     if isnan(sound.travel_s):
         way = _way(sound, sound.sent_at_s, known, sea)
@@ -146,8 +146,8 @@ def solve(sound: Row, known: float, sea: Sea) -> None:
 
 @compiled
 def _way(sound: Row, leaves: float, known: float, sea: Sea) -> float:
-    """Return how long (s) what leaves the sender of a sound at an instant (s) travels straight on
-    to its listener; infinite if it is not there by an instant (s) up to which that is known.
+    """Return the travel time (s) on a straight ray of sound that leaves the sender at an instant
+    (s); infinite if it does not arrive by `known` (s).
     """
     begins, auvs, listener, motion = (
         leaves + sound.late_s, sea.auvs.first.size - 1, sound.listener, sea.auvs
@@ -167,14 +167,13 @@ def interference(
     sounds: Rows, before: int, after: int, listener: int, begins: float, ends: float,
     longest: float, echoes: Rows | None, sea: Sea | None, known: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return how strong sounds are together that a listener has between two instants (s), and the
-    row of the strongest, of equally strong ones the last that was sent before; NONE if none is.
+    """Return the summed strength of the sounds that a listener has between two instants (s), and
+    the row of the strongest, of equals the last of those sent before; NONE if there is none.
 
-    Rows `before` a number and from another on, `after`, are sought: what stands between is not
-    asked.  None is over later than `longest` (s) after it was sent.  Their `echoes`, row by row, as
-    of :data:`.sonar_channel.ECHO`, sound too, where there are any.  `sounds` are those of a `sea`,
-    where vehicles' motion is `known` up to an instant (s); or rows that have the same columns, and
-    are worked out.
+    Rows below `before` and from `after` on are searched.  None is over later than `longest` (s)
+    after it was sent.  Their `echoes`, one row for each, :data:`.sonar_channel.ECHO`, sound too, if
+    not None.  `sounds` are those of a `sea`, where motion is known up to `known` (s); or, with
+    `sea` None, rows with the same columns that are already solved.
     """
     total, most, strongest = 0.0, 0.0, NONE
     for row in range(before - 1, -1, -1):
@@ -199,7 +198,7 @@ def _meanwhile(
     row: int, sounds: Rows, listener: int, begins: float, ends: float, echoes: Rows | None,
     sea: Sea | None, known: float,
 ) -> float:  # fmt: skip
-    """Return how strong a sound and its echoes are at a listener between two instants (s)."""
+    """Return the strength of a sound and its echoes at a listener between two instants (s)."""
     sound, strength = sounds[row], 0.0
     if sound.listener == listener:
         if sea is not None:
@@ -219,12 +218,12 @@ def _meanwhile(
 def heard_meanwhile(
     packed: int, count: int, listener: int, since: float, time: float, known: float
 ) -> Floats:
-    """Return from when to when (s) sounds are at a listener, (n, 2) in the order in which they
-    begin, that it has had anything of between two instants (s), the later of which is now.
+    """Return the intervals (s) of all sounds at a listener between two instants (s), the later of
+    which is now; (n, 2), in the order in which they begin.
 
-    `packed` is the address of a :class:`Sea` with so many sounds; `known` as of :func:`solve`.
-    One that begins as another ends counts; of a signal that begins at this very instant nothing
-    is known.
+    `packed` is the address of a :class:`Sea` with `count` sounds; `known` as of :func:`solve`.  A
+    sound that begins as another ends counts; a signal that begins at this very instant is not known
+    yet.
     """
     sea, size = unpacked(packed, Sea), 0
     spans = np.empty((count, 2))
@@ -245,8 +244,8 @@ Velocity = tuple[float, float, float]
 
 @compiled
 def rate_of(here: Place, moves: Velocity, there: Place, goes: Velocity) -> float:
-    """Return how fast (m/s) the path from one place to another grows, of whose vehicles one
-    `moves`, the other `goes` (m/s).
+    """Return the rate (m/s) at which the range between two positions grows, whose vehicles have the
+    velocities `moves` and `goes` (m/s).
 
     >>> rate_of((0.0, 0.0, 0.0, 0.0), (1.5, 0.0, 0.0), (30.0, 0.0, 40.0, 0.0), (0.0, 0.0, -1.0))
     -1.7
@@ -270,8 +269,8 @@ def velocity_of(vehicle: int, time: float, sea: Sea) -> Velocity:
 
 @compiled
 def beyond(packed: int, senders: Ints, listeners: Ints, time: float, limit: float) -> Flags:
-    """Tell which paths from senders to listeners (n,) change in length faster than a limit (m/s) at
-    an instant (s); `packed` is the address of a :class:`Sea`.
+    """Return for which of the pairs of senders and listeners (n,) the range changes faster than a
+    limit (m/s) at an instant (s); `packed` is the address of a :class:`Sea`.
     """
     sea, found = unpacked(packed, Sea), np.empty(len(senders), np.bool_)
     for k in range(len(senders)):

@@ -1,4 +1,4 @@
-"""How long sound is under way to a receiver that moves meanwhile."""
+"""Travel times of sound to a receiver that moves meanwhile."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -7,20 +7,20 @@ from ...support.compiled import compiled, inlined
 from ...support.wording import refuse
 from ..vehicles.motion import Motion, Place, where
 
-# Light-time loop: a fixed point is found when the delay changes by less than this (s).
+# The iteration of the light-time equation ends when the delay changes by less than this (s).
 SETTLED = 1e-13
 
 # A step shrinks the error by speed / sound speed: 200 suffice up to 0.86 of the sound speed.
 MOST_STEPS = 200
 
-# An arrival so much (s) after an instant is there by then: rounding of the two is far smaller.
+# An arrival up to so much (s) after an instant counts as before it; rounding is far smaller.
 NO_TIME = 1e-9
 
-# Nothing moves a fiftieth as fast as sound.  Factor on the longest way after which a sound has
-# passed whoever was in range, and share of a way after which its arrival is worked out.
+# Vehicles are slower than a fiftieth of the sound speed.  Factor on the longest travel time after
+# which a sound has passed all in range, and share of it after which its arrival is worked out.
 PASSED, NEARLY_THERE = 1.05, 0.98
 
-# Within this share of its last digit an instant is the same, and within four a delay.
+# Relative rounding error of an instant; a delay's is four times as large.
 LAST_DIGIT = 2.3e-16
 
 
@@ -34,7 +34,7 @@ def travel_time(
 
     `source` begins with x, y, z (m) of where it was sent, `receiver_at(t)` with those of the
     receiver at time t (s).  Fixed point of D = |receiver_at(sent_at + D) - source| / c, within
-    1e-13 s; a still receiver is asked twice.  How the source moves after sending does not matter.
+    1e-13 s; a receiver at rest is asked twice.  The source's motion after sending does not matter.
     Raises ValueError for a sound speed that is not positive, for positions that are not finite and
     for a receiver that outruns the sound.  Source: light-time equation.
 
@@ -64,8 +64,8 @@ def travel_time(
 def travel_time_to(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float
 ) -> float:
-    """Return how long (s) a sound sent from a place (m) at `sent_at` travels until it meets a
-    vehicle: :func:`travel_time` for a motion that is known.
+    """Return how long (s) a sound sent from a position (m) at `sent_at` travels to a vehicle:
+    :func:`travel_time` for a known motion.
 
     Raises ValueError when the vehicle outruns the sound.
     """
@@ -89,7 +89,7 @@ def travel_time_by(
 def _met(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float, known: float
 ) -> float:
-    """Return how long (s) a sound travels to a vehicle, which rests from the instant `known` on."""
+    """Return the travel time (s) to a vehicle that rests from the instant `known` (s) on."""
     settled = SETTLED + LAST_DIGIT * sent_at
     delay = 0.0
     for _ in range(MOST_STEPS):
@@ -103,6 +103,6 @@ def _met(
 
 @compiled
 def distance(source: Place, there: Place) -> float:
-    """Return the distance (m) of two places."""
+    """Return the distance (m) between two positions."""
     ahead, aside, below = there[0] - source[0], there[1] - source[1], there[2] - source[2]
     return math.sqrt(ahead * ahead + aside * aside + below * below)

@@ -1,4 +1,4 @@
-"""The world of a mission put together as its scenario describes it."""
+"""Builds the world of a mission from its scenario."""
 
 import math
 from collections.abc import Generator
@@ -75,9 +75,9 @@ def build_world(
     source: PoseSource | None = None,
     pose_step_s: float = 0.1,
 ) -> World:
-    """Put the world of a scenario together, at rest at time 0; the protocol goes on as `env` does.
+    """Build the world of a scenario, at rest at time 0; the protocol runs on `env`.
 
-    A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it answers for.
+    A `source` of poses, asked each `pose_step_s` (s), moves the vehicles that it has poses for.
     """
     streams = Streams(seed)
     columns = sum(len(kind.sds) * kind.times for kind in setup.estimated_errors)
@@ -160,10 +160,10 @@ def equip_with_gnss(
     record: Recorder,
     streams: Streams,
 ) -> None:
-    """Let AUVs have fixes by GNSS at the surface.
+    """Let AUVs make GNSS fixes at the surface.
 
-    Those that steer by them, or are moved meanwhile, have each at its instant; the others' are made
-    when they are asked about.
+    AUVs that steer by fixes, or are moved from outside, get each at its instant; those of others
+    are made when they are asked for.
     """
     asked, end = setup.scenario.navigation.gnss_fix, float(setup.scenario.duration_s)
     assert asked is not None
@@ -176,7 +176,7 @@ def equip_with_gnss(
 def deliver_each(
     env: simpy.Environment, deliveries: Deliveries, every_s: float, end: float
 ) -> Generator[simpy.Event, None, None]:
-    """Let AUVs have what has reached them at each multiple of a time before an end (s)."""
+    """Deliver fixes at each multiple of `every_s` (s) before an end (s)."""
     for number in count(1):
         if (instant := number * every_s) >= end:
             return
@@ -185,7 +185,7 @@ def deliver_each(
 
 
 def _moved(setup: Setup, source: PoseSource, step_s: float) -> dict[str, VehicleFleet]:
-    """Return the fleets that an outside program moves."""
+    """Return the fleets that an outside program moves, by "auvs" and "asvs"."""
     counts = {"auvs": setup.scenario.auvs.count, "asvs": setup.scenario.asvs.count}
     ahead = setup.afterwards_s
     poses = Poses(source, step_s, counts, setup.scenario.duration_s + ahead, ahead)
@@ -201,7 +201,7 @@ def _network(
     record: Recorder,
     streams: Streams,
 ) -> Network:
-    """Return both bands, and the surface fleet that works with them."""
+    """Return both bands and the surface fleet."""
     slots, protocol, mf = setup.slots, setup.scenario.protocol, setup.scenario.acoustics.mf
     uplink = HfBand(*_on_hf(setup, auvs, asvs, record, streams))
     given = env, auvs, asvs, navigator, record
@@ -276,7 +276,7 @@ def _network(
 
 
 def dissemination_of(setup: Setup, network: Network, streams: Streams) -> Dissemination:
-    """Return who knows which slots, where frames carry them."""
+    """Return the dissemination of slots by frames."""
     protocol, count = setup.scenario.protocol, setup.scenario.auvs.count
     ahead = setup.downlink.tells_ahead
     return Dissemination(
@@ -307,7 +307,7 @@ def _passive(
     record: Recorder,
     streams: Streams,
 ) -> PassiveNetwork:
-    """Return the HF band on which ASVs ping, and AUVs that fix themselves by that."""
+    """Return the HF band on which ASVs ping, and the AUVs that fix themselves."""
     band = BeaconBand(*_on_hf(setup, auvs, asvs, record, streams))
     outcomes = OwnOutcomes(band, _measuring(setup, record, streams), streams, record)
     fixes = OwnFixes(env, auvs, navigator, record, outcomes)
@@ -315,7 +315,7 @@ def _passive(
 
 
 def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
-    """Return how the instrument of a scenario measures a ping between an AUV and an ASV."""
+    """Return how the fleet of a scenario measures pings."""
     usbl = setup.scenario.usbl
     instrument = instrument_named(usbl.model) or carried(setup, streams)
     counts, slow = (setup.scenario.auvs.count, setup.scenario.asvs.count), None
@@ -333,7 +333,7 @@ def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
 def _on_hf(
     setup: Setup, auvs: VehicleFleet, asvs: VehicleFleet, record: Recorder, streams: Streams
 ) -> tuple[Any, ...]:
-    """Return what the HF band of a scenario is made of, whoever pings (:class:`HfBand`)."""
+    """Return the arguments of the HF band (:class:`HfBand`), whether AUVs or ASVs ping."""
     hf, bursts = setup.scenario.acoustics.hf, None
     if hf.burst_s is not None:
         bursts = pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs))
@@ -359,8 +359,8 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
 
 
 def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
-    """Return the USBL instrument that every ASV carries, or with passive ranging every AUV, and
-    what is wrong all the time.
+    """Return the USBL instrument that every ASV, or with passive ranging every AUV, carries, with
+    its systematic errors, if any.
     """
     usbl, systematic = setup.usbl, systematic_errors_of(setup, streams)
     return usbl if systematic is None else Astray(usbl, systematic)

@@ -1,6 +1,6 @@
-"""The fleet at the start of a mission: vehicles on their routes, and what AUVs carry.
+"""The fleet at the start of a mission: vehicles on their routes, and the AUVs' navigation.
 
-Hulls and controllers are loaded when they are needed: most missions are kinematic.
+Hulls and controllers are imported when they are needed: most missions are kinematic.
 """
 
 import math
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 class MissionCurrent:
-    """The current of one mission, and how far it has carried what drifts in it."""
+    """The current of one mission, and the displacement of what drifts in it."""
 
     def __init__(self, setup: Setup, streams: Streams) -> None:
         self._setup, self._streams = setup, streams
@@ -60,7 +60,7 @@ class MissionCurrent:
 
     @cached_property
     def _drawn(self) -> Floats:
-        """The same, as far as the last sample of the IMU, which may come long after the end."""
+        """The same up to the last sample of the IMU, which may come long after the end."""
         asked, rate = self._setup.scenario.environment, self._setup.scenario.navigation.imu_rate_hz
         last = math.ceil(self._setup.scenario.duration_s * rate) / rate
         count = max(self._setup.control_intervals, math.ceil(last / CONTROL_S))
@@ -74,7 +74,7 @@ class MissionCurrent:
         )
 
     def carried(self, times: Floats) -> Floats:
-        """Return how far (m) the water has moved by each instant (s), shape (n, 2)."""
+        """Return the displacement (m) of the water by each instant (s), shape (n, 2)."""
         return carried(self._drawn, CONTROL_S, times)
 
 
@@ -94,9 +94,9 @@ def slow_gnss(setup: Setup, streams: Streams) -> Floats:
 
 
 def guided_auvs(setup: Setup, water: MissionCurrent, wrong: Wrong | None) -> "GuidedFleet":
-    """Return the trajectories of all AUVs along their tours.
+    """Return the trajectories of all AUVs with dynamics along their tours.
 
-    They steer by their estimates, and their dead reckoning is `wrong`; by the truth for None.
+    They steer by estimates whose dead reckoning is `wrong`; None: by the truth.
     """
     from ..vehicles.guidance.departure import DeparturePlan
     from ..vehicles.guidance.guided_fleet import GuidedFleet
@@ -129,7 +129,7 @@ def guided_asvs(
     streams: Streams,
     water: MissionCurrent,
 ) -> "GuidedFleet":
-    """Return the trajectories of all ASVs, which keep their stations by noisy GNSS positions."""
+    """Return the trajectories of ASVs with dynamics, which keep station by noisy GNSS positions."""
     from ..vehicles.guidance.departure import DeparturePlan
     from ..vehicles.guidance.guided_fleet import GuidedFleet
 
@@ -159,8 +159,8 @@ def posed(poses: Poses, kind: str, count: int) -> VehicleFleet:
 def launch_auvs(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
     """Return the AUVs of a setup, in index order.
 
-    Their dead reckoning, by which some of them steer, is `wrong`.  Where they go whatever the seed
-    is worked out once.
+    Their dead reckoning, by which some of them steer, is `wrong`.  Motions that no seed changes are
+    worked out once.
     """
     auvs = setup.scenario.auvs
     if not auvs.vehicle.has_dynamics:
@@ -170,7 +170,7 @@ def launch_auvs(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFle
     return _guided(setup, water, None if auvs.feedback == "truth" else wrong)
 
 
-# Where vehicles go whatever the seed is worked out once for all seeds of a scenario.
+# Fleets whose motion no seed changes, by setup
 _launched: WeakKeyDictionary[Setup, dict[str, VehicleFleet]] = WeakKeyDictionary()
 
 
@@ -193,7 +193,7 @@ def _unguided_auvs(setup: Setup) -> VehicleFleet:
     return _segmented([recorded(*track) for track in own_motion(AUV, own, ways)])
 
 
-# Voyages take long to integrate, and other keys than these change nothing of them.
+# Motions of hulls that no seed changes, which take long to integrate, by the keys that change them
 _voyages: dict[tuple[object, ...], VehicleFleet] = {}
 
 
@@ -201,13 +201,13 @@ def _foreseen(setup: Setup) -> VehicleFleet:
     asked = setup.scenario
     key = asked.survey, asked.auvs, asked.environment, setup.control_intervals, setup.route
     if key not in _voyages:
-        _voyages.clear()  # beforehand: there may not be room for two long voyages of large fleets
+        _voyages.clear()  # before: two long motions of large fleets may not fit into memory
         _voyages[key] = _guided(setup, MissionCurrent(setup, Streams(0)), None)
     return _voyages[key]
 
 
 def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong | None) -> VehicleFleet:
-    """Return AUVs with dynamics; where they know where they are their whole way is foreseen."""
+    """Return AUVs with dynamics; if they steer by the truth, they are integrated to the end."""
     guided = guided_auvs(setup, water, wrong)
     members = [guided.vehicle(auv) for auv in range(setup.scenario.auvs.count)]
     if wrong is not None:
@@ -249,7 +249,7 @@ def _segmented(vehicles: Sequence[SegmentedTrajectory]) -> VehicleFleet:
 
 
 def launch_anchors(setup: Setup, auvs: VehicleFleet, record: Recorder) -> Anchors | None:
-    """Return the ASVs of a setup that are told where to go; None where there are none such.
+    """Return the moving ASVs of a setup; None if there are none.
 
     They know where the AUVs were launched, what is planned for them, and the fixes on record.
     """
@@ -263,9 +263,9 @@ def launch_anchors(setup: Setup, auvs: VehicleFleet, record: Recorder) -> Anchor
 def equip_auvs(
     setup: Setup, fleet: VehicleFleet, wrong: Wrong, record: Recorder
 ) -> tuple[DeadReckoning, Navigator]:
-    """Return what the AUVs carry: dead reckoning, and navigators by which some of them steer.
+    """Return the AUVs' dead reckoning and navigator, by which some of them steer.
 
-    The record has what fixes are made of, and how they depend on errors that last.
+    The record has the receptions of fixes, and their Jacobians by systematic errors.
     """
     navigation = setup.scenario.navigation
     reckoning = DeadReckoning(fleet.motion, wrong)
@@ -315,14 +315,14 @@ def equip_auvs(
 
 
 def _rates(setup: Setup) -> Rates:
-    """Return how range rates err that the filter takes in."""
+    """Return the errors of range rates that the filter uses."""
     sd = setup.scenario.usbl.range_rate_sd_m_per_s or 0.0
     is_told = any(kind.name == "sound_speed" for kind in setup.estimated_errors)
     return Rates(sd**2, abs(setup.taken.sound_speed_error) if is_told else 0.0)
 
 
 def _rule(navigation: Navigation, has_gain: bool) -> Rule:
-    """Return how fixes are weighed."""
+    """Return how the filter weighs fixes."""
     if navigation.weighs:
         return Rule(WEIGHED, at_ping=True, gate=navigation.nis_gate or 0.0)
     gain = navigation.fixed_gain.gain if has_gain else 0.0

@@ -1,4 +1,4 @@
-"""What a finished mission came to: its metrics, of each AUV, the worst of them and the whole."""
+"""Metrics of a finished mission: of each AUV, of the worst AUV, and of the whole."""
 
 import math
 from collections.abc import Sequence
@@ -33,14 +33,14 @@ from .world import World
 
 Counts = dict[str, list[Any]]
 
-# What some missions have not at all: where no AUV has it, none is worse for it.
+# Metrics that no AUV of some missions has; then no AUV is the worst.
 UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
 _LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]
 
 AUV_METRICS = row_type(AuvMetrics)
 NAMES = AUV_METRICS.names or ()
 
-# No AUV lacks a number of these, or if it has any of what they are made of.
+# Metrics that every AUV has ("") or every AUV with some of another metric, by name
 NUMBERS = {name: "" for name in NAMES if name in never_null("auvs") and AUV_METRICS[name] == "f8"}
 NUMBERS |= {"fix_error_rms_m": "fixes", "latency_mean_s": "fixes_delivered"}
 PLACES = [NAMES.index(name) for name in NUMBERS]
@@ -57,7 +57,7 @@ def metrics_of(world: World) -> tuple[Rows, dict[str, float | None]]:
 
 
 def auv_metrics(world: World, energies: Energies) -> Rows:
-    """Return the metrics of every AUV, in index order; NaN is none."""
+    """Return the metrics of every AUV, in index order; NaN means none."""
     scenario, count = world.setup.scenario, len(world.auv_fleet)
     begin = scenario.record.metrics_from_s
     times = instants(scenario.duration_s, scenario.record.metrics_hz, begin)
@@ -84,9 +84,9 @@ def auv_metrics(world: World, energies: Energies) -> Rows:
 
 
 def _note_accuracy(metrics: Rows, world: World, auv: int, times: Floats, errors: Floats) -> None:
-    """Write to the metrics of the fleet (n,) how far off an AUV was at instants (k,), s.
+    """Write to the metrics of the fleet (n,) the errors of one AUV at instants (k,), s.
 
-    Its horizontal errors (k,), m, are written.
+    `errors` (k,), m, gets its horizontal errors.
 
     Raises:
         ArithmeticError: naming the first instant at which its estimate is no number.
@@ -109,7 +109,7 @@ def _refuse(auv: int, trouble: str) -> NoReturn:
 
 
 def _refuse_missing(metrics: Rows) -> None:
-    """Refuse metrics (n,) of which one is missing that AUVs do not lack, naming it and its AUV."""
+    """Refuse metrics (n,) if one that every AUV should have is missing, naming it and the AUV."""
     numbers: Any = metrics.view(np.float64)
     if not np.isnan(numbers.reshape(len(metrics), -1)[:, PLACES]).any():
         return
@@ -120,8 +120,8 @@ def _refuse_missing(metrics: Rows) -> None:
 
 
 def _since(fixes: Rows, begin: float) -> Rows:
-    """Return the fixes that were made or came from an instant (s) on, their times counted from it:
-    an age begins there at the earliest.
+    """Return the fixes that were made or delivered from an instant (s) on, with times counted from
+    it, so that an age begins there at the earliest.
     """
     if begin == 0.0:
         return fixes
@@ -132,7 +132,7 @@ def _since(fixes: Rows, begin: float) -> Rows:
 
 
 def _slot(world: World) -> float:
-    """Return how long uplink slots are (s); NaN where no fix waits for the end of one, or pings do
+    """Return the length of uplink slots (s); NaN where no fix waits for the end of one, or pings do
     not begin with them.
     """
     protocol, slots = world.setup.scenario.protocol, world.network.slots
@@ -143,13 +143,13 @@ def _slot(world: World) -> float:
 
 
 def _missed(record: Recorder, auvs: int) -> NDArray[np.int64]:
-    """Return how many slots of its own each AUV did not know as they began."""
+    """Return the number of slots that each AUV did not know as they began, (n,)."""
     owners = [assignment.auv for assignment in record.assignments if assignment.outcome == "missed"]
     return np.bincount(np.array(owners, dtype=np.int64), minlength=auvs)
 
 
 def utilisation(world: World, energies: Energies) -> Utilisation:
-    """Return what only the mission as a whole has."""
+    """Return the metrics that only the mission as a whole has."""
     record, duration = world.record, world.setup.scenario.duration_s
     ping, frames = world.network.slots.ping_duration, world.broadcasts
     swept, area = world.trajectories.covered_m2, world.setup.area
@@ -172,7 +172,7 @@ def utilisation(world: World, energies: Energies) -> Utilisation:
 
 
 def _service(world: World) -> dict[str, float | None]:
-    """Return what all fixes that were delivered tell of a network."""
+    """Return the network's metrics of fixes that were delivered."""
     scenario, begin = world.setup.scenario, world.setup.scenario.record.metrics_from_s
     fixes, lasts = _since(world.record.fixes.rows, begin), scenario.duration_s - begin
     delivered = fixes["outcome"] == DELIVERED
@@ -191,14 +191,14 @@ def _service(world: World) -> dict[str, float | None]:
 
 
 def _fairness(each: Floats) -> float:
-    """Return how evenly AUVs were served, from 1 / n to 1 (Jain et al., DEC-TR-301)."""
+    """Return Jain's fairness index of AUVs, from 1 / n to 1 (Jain et al., DEC-TR-301)."""
     return float(each.sum() ** 2 / (each.size * (each**2).sum()))
 
 
 def _carried(
     packets: Sequence[Packet], auvs: int, begin: float, lasts: float
 ) -> dict[str, float | None]:
-    """Return what became of the data that AUVs made from an instant (s) on, in a time (s)."""
+    """Return the metrics of data that AUVs made from an instant (s) on, in a time (s)."""
     made = [packet for packet in packets if packet.made_at_s >= begin]
     delivered = [packet for packet in made if packet.latency_s is not None]
     bits = 8.0 * sum(packet.size_bytes for packet in delivered)
@@ -214,8 +214,8 @@ def _carried(
 
 
 def modem_energies(world: World) -> Energies:
-    """Return what the modems of the n AUVs and of the m ASVs draw (J), (n,) and (m,); None where
-    no band in use has powers.
+    """Return the energy (J) of the modems of the n AUVs and the m ASVs, (n,) and (m,); None if no
+    band in use has powers.
     """
     scenario, record = world.setup.scenario, world.record
     bands, protocol, end = scenario.acoustics, scenario.protocol, scenario.duration_s
@@ -248,7 +248,7 @@ def modem_energies(world: World) -> Energies:
 
 
 def _powers(band: Band) -> Powers | None:
-    """Return what a modem of a band draws, None where that is not known."""
+    """Return the powers of a band's modem, None if they are not known."""
     if band.transmit_w is None:
         return None
     waiting = band.receive_w if band.idle_w is None else band.idle_w
@@ -256,8 +256,8 @@ def _powers(band: Band) -> Powers | None:
 
 
 def _hf_in_use(record: Recorder, ping: float, end: float) -> float:
-    """Return the time (s) before `end` in which some signal is sent on HF; pings and calls last as
-    long as a `ping` (s).
+    """Return the time (s) before `end` in which a signal is sent on HF; pings and calls last `ping`
+    (s).
     """
     pings = record.pings.rows
     called = pings["call"] != NONE
@@ -272,7 +272,7 @@ def _hf_in_use(record: Recorder, ping: float, end: float) -> float:
 
 
 def _mf_in_use(frames: Rows, record: Recorder, end: float) -> float:
-    """Return the time (s) before `end` in which some frame is sent on MF, of ASVs or AUVs."""
+    """Return the time (s) before `end` in which an ASV or AUV sends a frame on MF."""
     begins, lasts = frames["sent_at_s"], frames["airtime_s"]
     if not record.auv_frames:
         return together(begins, lasts, end)
@@ -283,8 +283,8 @@ def _mf_in_use(frames: Rows, record: Recorder, end: float) -> float:
 def _in_use(
     begins: Floats, lasts: Floats, further: Sequence[tuple[float, float]], end: float
 ) -> float:
-    """Return the time (s) before `end` in which one of some signals is sent, or of further ones:
-    when each begins and how long it lasts (s).
+    """Return the time (s) before `end` in which at least one of some signals is sent, and of
+    `further` ones: when each begins and how long it lasts (s).
     """
     more = np.array(further)
     begins, lasts = np.concatenate((begins, more[:, 0])), np.concatenate((lasts, more[:, 1]))
@@ -293,8 +293,8 @@ def _in_use(
 
 
 def mission_metrics(auvs: Rows, whole: Utilisation) -> dict[str, float | None]:
-    """Return the fleet means of all AUV metrics (AUVs without a value left out), the mission's own,
-    and the worst AUV's with its number.
+    """Return the fleet means of all AUV metrics (without AUVs that have no value), the mission's
+    own metrics, and the worst AUV's with its number.
     """
     means: dict[str, float | None] = {}
     for name in NAMES[1:]:
@@ -308,11 +308,11 @@ def worst_of(auvs: Rows) -> dict[str, float | None]:
     """Return `worst_<metric>` of a fleet and `worst_<metric>_auv`, the number of that AUV.
 
     The worst value of errors, ages, intervals, latencies and losses is the largest, of coverage,
-    fixes and rates the smallest (:class:`AuvMetrics` says which).  An AUV that has no value,
-    because it got no fix, is worse than any that has one.  Of several equally bad the first counts.
+    fixes and rates the smallest (:class:`AuvMetrics` says which).  An AUV without a value, because
+    it got no fix, is worse than any with one.  Among equals the first counts.
 
-    `auvs` (n,) has the metrics of each, NaN for none.  A value is None where that AUV has none,
-    both are where that of no AUV could be told.
+    `auvs` (n,) has the metrics of each, NaN for none.  A value is None where the worst AUV has
+    none, both are where no AUV can have one.
     """
     names = list(WORST_IS_LARGEST)
     values = np.array([auvs[name] for name in names], dtype=np.float64)
@@ -329,10 +329,10 @@ def worst_of(auvs: Rows) -> dict[str, float | None]:
 
 
 def heard_of_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
-    """Return what became of the pings of each AUV that were sent from an instant (s) on."""
+    """Return each AUV's metrics of its pings that were sent from an instant (s) on."""
     pings, receptions = record.pings.rows, record.receptions.rows
     landed = np.ones(len(pings), dtype=bool)
-    outcome = receptions["outcome"].copy()  # rows are long: what is looked at twice lies together
+    outcome = receptions["outcome"].copy()  # rows are long: a copy is contiguous
     landed[receptions["ping"][outcome == IN_FLIGHT]] = False
     late, sender = pings["sent_at_s"] >= begin, pings["auv"]
     in_range, landed = late & (pings["in_range_of"] > 0), late & landed
@@ -371,8 +371,8 @@ def calls_destroyed(record: Recorder, begin: float = 0.0) -> Rows:
 
 
 def frames_destroyed(record: Recorder, begin: float = 0.0) -> Rows:
-    """Return the receptions of frames, from an instant (s) on, that another frame, or its AUV's
-    ping, destroyed.
+    """Return the receptions of frames, from an instant (s) on, destroyed by another frame or the
+    AUV's own ping.
     """
     rows = record.frame_receptions.rows
     found: Rows = rows[(rows["outcome"] == COLLIDED) & (rows["arrived_at_s"] >= begin)]
@@ -380,8 +380,8 @@ def frames_destroyed(record: Recorder, begin: float = 0.0) -> Rows:
 
 
 def heard_by_auvs(record: Recorder, auvs: int, begin: float) -> Counts:
-    """Return what became of the pings of all ASVs at each AUV (passive ranging), of those that were
-    sent from an instant (s) on.
+    """Return each AUV's metrics of the pings of all ASVs (passive ranging) that were sent from an
+    instant (s) on.
     """
     late = record.pings.rows["sent_at_s"] >= begin
     receptions, pings = record.receptions.rows, int(late.sum())

@@ -1,4 +1,4 @@
-"""A mission that can be held: advanced to an instant, looked at, advanced again, ended."""
+"""A mission that can be advanced to an instant, looked at, advanced again, and ended."""
 
 import time as clock
 from collections.abc import Iterator, Mapping
@@ -17,8 +17,8 @@ from ...support.facts import cached_property
 from ...support.wording import plain
 from ..records.events import HEARD, Broadcast, GnssFix
 
-# What happens in a mission, and tables, are loaded by the first one: numba and Arrow take a second,
-# for which who only names missions does not wait.
+# The first mission imports numba and Arrow, which take a second that an import of this module does
+# not wait for.
 if TYPE_CHECKING:
     from ...support.mistakes import ScenarioWarning
     from ..protocol.access.hosted import Modem
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
     from ..vehicles.poses import PoseSource
 
-# Half of what missions of up to a hundred AUVs leave is kept for the next one (bytes).
+# Memory (bytes) that is kept for the next mission: half of what up to a hundred AUVs need.
 keep_memory(8_000_000)
 
-# Sums of times are off by less than this share: a million rounds of 0.1 s by 1.3e-11.
+# Relative rounding error of sums of times is less: a million rounds of 0.1 s have 1.3e-11.
 ROUNDING = 1e-10
 
 
 class AuvStates(NamedTuple):
     """The AUVs at one instant, a row for each; survey frame, z down.
 
-    `truth` (n, 4): x, y, z (m), yaw (rad, in (-pi, pi]).  `estimate` (n, 2): x and y (m) as the
-    AUV's own navigator has them.  `covariance` (n, 2, 2), m2: how sure that is of it.
+    `truth` (n, 4): x, y, z (m), yaw (rad, in (-pi, pi]).  `estimate` (n, 2): x and y (m) of the
+    AUV's own navigator.  `covariance` (n, 2, 2), m2, of the estimate.
     """
 
     truth: Floats
@@ -67,7 +67,7 @@ class Mission:
     All that happens up to and including the instant `time` has happened, and nothing later.  The
     mission covers [0, duration): what would happen at its last instant does not, and pings and
     fixes still under way then are recorded as in flight.  The same scenario and seed give the same
-    tables, at whatever instants one has stopped and looked.
+    tables, at whatever instants the mission has been stopped and looked at.
 
     >>> from bindusbl_des import Mission, Scenario
     >>> mission = Mission(Scenario(name="example", duration_s=10.0), seed=1)
@@ -86,14 +86,13 @@ class Mission:
         pose_step_s: float = 0.1,
         schedule: "Schedule | None" = None,
     ) -> None:
-        """Put a mission together; it is at 0 s.
+        """Build a mission; it is at 0 s.
 
         `scenario` may be the path of a scenario file, or the name of one that ships, read as by
         `load_scenario`.  `poses` is an outside program that moves AUVs, ASVs or both, in the place
-        of what the scenario says (:class:`..vehicles.poses.PoseSource`).  It is asked each
-        `pose_step_s` (s), as the mission goes on; positions between two samples are interpolated.
-        `schedule` says who pings when, in the place of that of the scenario
-        (:mod:`..protocol.own_parts`).
+        of the scenario (:class:`..vehicles.poses.PoseSource`).  It is asked each `pose_step_s` (s),
+        as the mission goes on; positions between two samples are interpolated.  `schedule` replaces
+        the scenario's (:mod:`..protocol.own_parts`).
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
@@ -149,12 +148,12 @@ class Mission:
 
     @property
     def navigator(self) -> Any:
-        """The navigator of one's own, the object itself; None where one that ships navigates."""
+        """The user-defined navigator itself; None with one that ships."""
         return getattr(self._world.navigator, "own", None)
 
     @property
     def env(self) -> "MissionEnvironment":
-        """The environment of the mission's events, for processes of one's own beside it."""
+        """The environment of the mission's events, for a user's processes beside it."""
         return self._env
 
     def happening(self, kind: str, **which: Any) -> simpy.Event:
@@ -162,40 +161,39 @@ class Mission:
         `broadcast` or `delivery`.
 
         Its value is a :class:`..protocol.happenings.Happening`: kind, time (s), and the row of that
-        instant.  `which` are values that columns of the row must have:
-        ``happening("delivery", auv=1)``.  Whoever waits, and for what, changes nothing of the
-        mission.
+        instant.  `which` are values that columns of the row must have: ``happening("delivery",
+        auv=1)``.  Waiting changes nothing of the mission.
 
         Raises:
-            ValueError: for a kind or column that there is not, or a value that it never has.
+            ValueError: for an unknown kind or column, or a value that the column never has.
         """
         return self._world.network.watching.next(kind, which, self._last_instant(self._time))
 
     def happenings(self, *kinds: str, **which: Any) -> "Iterator[Happening]":
         """Advance from one happening of some kinds to the next, to the mission's end.
 
-        All that happens at the instant of one has happened when it is yielded; `which` as in
+        A happening is yielded once all events of its instant have happened; `which` as in
         :meth:`happening`.
 
         Raises:
-            ValueError: for a kind or column that there is not, or a value that it never has.
+            ValueError: for an unknown kind or column, or a value that the column never has.
         """
         since = self._last_instant(self._time)
         return self._each(self._world.network.watching.watch(kinds, which, since))
 
     def watch(self, *kinds: str, **which: Any) -> "Watch":
-        """Return all happenings of some kinds from now on, one after the other by its `next()`:
-        for a process beside the mission that needs each; `which` as in :meth:`happening`.
+        """Return all happenings of some kinds from now on, one after the other by its `next()`: for
+        a process beside the mission that may miss none; `which` as in :meth:`happening`.
 
         Raises:
-            ValueError: for a kind or column that there is not, or a value that it never has.
+            ValueError: for an unknown kind or column, or a value that the column never has.
         """
         return self._world.network.watching.watch(kinds, which, self._last_instant(self._time))
 
     def sight_of(self, ping: int, asv: int) -> "Sight | None":
-        """Return what an ASV has measured of a ping by itself, at the instant of its `reception`.
+        """Return what an ASV alone has measured of a ping, at the instant of its `reception`.
 
-        None for what no ASV measures: with passive ranging, or by an instrument of one's own.
+        None with passive ranging, where no ASV measures, or with a user-defined instrument.
         """
         return self._world.network.outcomes.sight_of(ping, asv)
 
@@ -210,14 +208,13 @@ class Mission:
             watch.close()
 
     def advance(self, until: float | simpy.Event) -> Any:
-        """Let everything happen up to an instant (s) of the mission, that instant included.
+        """Advance to an instant (s) of the mission, including all its events.
 
-        Or up to the instant of an event, of which the value is returned; None if the mission has
-        ended before.
+        Or to the instant of an event, whose value is returned; None if the mission ends before.
 
         Raises:
-            TypeError: when it is neither an instant nor an event.
-            ValueError: when that is in the past or beyond the mission's end, or of another mission.
+            TypeError: when `until` is neither an instant nor an event.
+            ValueError: when it is in the past or beyond the mission's end, or of another mission.
             RuntimeError: when the mission has ended with an error before.
         """
         if isinstance(until, simpy.Event):
@@ -247,20 +244,20 @@ class Mission:
         return None
 
     def _advance_to_event(self, event: simpy.Event) -> Any:
-        """Let everything happen up to the instant of an event, and return its value."""
+        """Advance to the instant of an event, and return its value."""
         if event.env is not self._env:
             raise ValueError("the event is of another mission, which is to be advanced to it")
         from ..protocol.happenings import Happening
 
         self._refuse_failed()
         last = self._last_instant(self.scenario.duration_s)
-        if self._time > last:  # it has ended: events of others' own may still be to come
+        if self._time > last:  # the mission has ended, but a user's events may be to come
             return event.value if event.processed else None
         with self._at_work():
             while not event.processed and self._env.peek() <= last:
                 self._env.happen_next()
             if event.processed:
-                # the instant that is recorded may be a rounding later than that of its event
+                # the recorded instant may be later than the event's by a rounding error
                 happened_s = event.value.time if isinstance(event.value, Happening) else 0.0
                 self._time = min(max(self._time, self._env.now, happened_s), last)
                 self._happen(self._time)
@@ -275,13 +272,13 @@ class Mission:
             )
 
     def _happen(self, until: float) -> None:
-        """Let all events up to an instant (s) happen."""
+        """Run all events up to an instant (s)."""
         self._env.happen(self._last_instant(until))
 
     def _last_instant(self, time: float) -> float:
-        """Return the last instant (s), up to one of the mission, at which anything may happen.
+        """Return the last instant (s), not after `time`, at which events may happen.
 
-        What comes before the end by no more than sums of times are rounded by comes at the end.
+        Events before the mission's end by no more than a rounding error do not happen.
         """
         return min(time, self.scenario.duration_s * (1.0 - ROUNDING))
 
@@ -297,9 +294,9 @@ class Mission:
         self._worked_s += clock.perf_counter() - began
 
     def auvs(self) -> AuvStates:
-        """Return where the AUVs are now, where they believe to be, and how sure they are of it.
+        """Return where the AUVs are now, their estimates and the covariances of these.
 
-        The estimate includes every fix delivered by now, as that of `tracks` does.
+        The estimate includes every fix delivered by now, as in `tracks`.
         """
         from .world import turned
 
@@ -317,7 +314,7 @@ class Mission:
         return states
 
     def gnss_fixes(self, first: int = 0) -> list[GnssFix]:
-        """Return the GNSS fixes that AUVs have made at the surface by now, from the `first` on."""
+        """Return the GNSS fixes that AUVs have made at the surface by now, from one on, `first`."""
         self._world.network.deliveries.settle(self._last_instant(self._time))
         rows = self._world.record.gnss_fixes.rows[first:]
         return [
@@ -331,9 +328,8 @@ class Mission:
 
     def fleet_fixes(self) -> Floats:
         """Return the newest fix of each AUV that the surface fleet has made by now, delivered or
-        not: x, y (m) and when its ping was sent (s), (n, 3); NaN before the first.
-
-        With passive ranging vessels make none.
+        not: x, y (m) and when its ping was sent (s), (n, 3); NaN before the first, and with passive
+        ranging.
         """
         return self._world.network.outcomes.newest_fixes(self._last_instant(self._time))
 
@@ -349,21 +345,21 @@ class Mission:
         return found
 
     def failed_asvs(self) -> tuple[int, ...]:
-        """Return the ASVs that do not work now, by number."""
+        """Return the numbers of ASVs that have failed by now."""
         return self._world.asv_fleet.failed(self._time)
 
     @property
     def modems(self) -> "Mapping[str, Modem]":
-        """The modems of vehicles by their names, where the scenario has `modems`: what `hear` takes
-        (a line) is said by their hosts now, what they say goes to their `on_say`.
+        """The modems of vehicles by their names, where the scenario has `modems`: `hear` takes a
+        line of the host, and `on_say` is called with each line to it.
         """
         return self._world.network.modems
 
     def pings_under_way(self) -> list[PingUnderWay]:
-        """Return the pings under way now, in the order in which they were sent: who, since when.
+        """Return the pings under way now, in the order in which they were sent.
 
         A ping is under way while it is being sent, and until its end has passed every ASV in range.
-        Calls of `twtt` are none.
+        Calls of `twtt` are not included.
         """
         from ..records.rows import NONE
 
@@ -379,15 +375,15 @@ class Mission:
         ]
 
     def broadcast_on_air(self) -> Broadcast | None:
-        """Return the last begun of :meth:`broadcasts_on_air`, if any."""
+        """Return the last of :meth:`broadcasts_on_air`, if any."""
         current = self.broadcasts_on_air()
         return current[-1] if current else None
 
     def broadcasts_on_air(self) -> list[Broadcast]:
-        """Return the frames that are on the air now: who sends each, since when, how long.
+        """Return the frames that are on the air now.
 
-        One is on the air while its ASV (a row of `asvs`) sends it; several are where ASVs broadcast
-        at once (`parallel`, `direct_reply`).  Instant answers take no time.
+        A frame is on the air while its ASV (a row of `asvs`) sends it; there are several where ASVs
+        broadcast at once (`parallel`, `direct_reply`).  Instant answers take no time.
         """
         return [
             replace(frame)
@@ -425,7 +421,7 @@ class Mission:
         return result
 
     def _notes(self) -> "list[ScenarioWarning]":
-        """Return warnings of what no scenario says: vehicles that another program moved."""
+        """Return a warning for each fleet that another program moved."""
         moved = self._world.auv_fleet.poses or self._world.asv_fleet.poses
         if moved is None:
             return []

@@ -1,4 +1,6 @@
-"""Modems on a wire in a mission: who has one, what its sensors say, what its host once said."""
+"""Modems on a wire in a mission: which vehicles have one, their sensors, recorded lines of
+hosts.
+"""
 
 import csv
 import math
@@ -29,7 +31,7 @@ MAKES: dict[str, type[Modem]] = {"seatrac": Seatrac, "evologics": Evologics}
 
 
 class HostLine(NamedTuple):
-    """What a host says to the modem of a vehicle at an instant (s)."""
+    """A line of a host to the modem of a vehicle, at an instant (s)."""
 
     time_s: float
     vehicle: str
@@ -42,7 +44,7 @@ def begin_modems(
     """Give each vehicle a modem, which listens from now on; return them by their vehicles' names.
 
     Raises:
-        ValueError: when the file of what hosts said cannot be read.
+        ValueError: when the file of the hosts' lines cannot be read.
     """
     asked, env = setup.scenario.modems, network.env
     assert asked is not None
@@ -68,8 +70,8 @@ def _listen(modem: Modem) -> Steps:
 
 
 def _repeat(modems: Mapping[str, Modem], lines: Iterable[HostLine]) -> Steps:
-    """Let hosts say what they once said, each line at its instant, after all else of that: so it
-    was as they said it.
+    """Let hosts send their recorded lines, each at its instant, after all other events of that
+    instant, as when they were recorded.
     """
     for line in lines:
         modem = modems[line.vehicle]
@@ -82,10 +84,10 @@ def _repeat(modems: Mapping[str, Modem], lines: Iterable[HostLine]) -> Steps:
 
 
 def _said(file: str, modems: Collection[str]) -> list[HostLine]:
-    """Read what hosts said, in order of time.
+    """Read the lines of hosts, in order of time.
 
     Raises:
-        ValueError: naming file, row and what is wrong.
+        ValueError: naming file, row and mistake.
     """
     path, found = Path(file), []
     try:
@@ -117,7 +119,7 @@ def _said(file: str, modems: Collection[str]) -> list[HostLine]:
 
 
 class Sensors:
-    """What modems measure: depth, attitude and, at ASVs, from where a signal came, with the errors
+    """What modems measure: depth, attitude and, at ASVs, directions of signals, with the errors
     that `usbl` and `navigation` state (:class:`..protocol.access.hosted.Senses`).
     """
 
@@ -137,7 +139,7 @@ class Sensors:
         return np.array(self._vehicles[vehicle].at(time))
 
     def pose(self, node: Node) -> SensedPose:
-        """Return what a vehicle's own sensors say now."""
+        """Return the pose that a vehicle's own sensors measure now."""
         time, vehicle = node.clock, node.number
         _, _, depth, yaw = self._true(vehicle, time)
         turned, pitch, roll = self._tilts * node.random.standard_normal(3)
@@ -146,7 +148,7 @@ class Sensors:
         return SensedPose(float(depth), float(yaw + turned), float(pitch), float(roll))
 
     def sight(self, node: Node, heard: HeardSignal) -> SeenDirection | None:
-        """Return in which direction a vehicle has seen a signal; None of those without array."""
+        """Return the measured direction of a signal; None without an array."""
         if node.number < self._auvs or not self._sees:
             return None
         here = self._true(node.number, heard.began_at_s)

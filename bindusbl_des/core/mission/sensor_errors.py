@@ -1,4 +1,4 @@
-"""What makes sensors wrong in one mission: AUVs' own, and the systematic errors of USBL."""
+"""Errors of sensors in one mission: the AUVs' own, and the systematic errors of USBL."""
 
 import math
 from statistics import NormalDist
@@ -18,9 +18,9 @@ from .launch import MissionCurrent, slow_gnss
 
 
 def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wrong:
-    """Return how wrong the AUVs' dead reckoning is in this mission.
+    """Return the errors of the AUVs' dead reckoning in this mission.
 
-    What biases that wander have done is summed up as the AUVs' ways become known.
+    The effect of wandering biases is summed up as the AUVs' motion becomes known.
     """
     navigation, skews = setup.scenario.navigation, _skews(setup, streams)
     biases = _velocity_biases(setup, streams)
@@ -36,9 +36,8 @@ def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wr
 
 
 def _velocity_biases(setup: Setup, streams: Streams) -> Floats:
-    """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2).
-
-    One of each AUV; one for each control interval where what is drawn of it wanders.
+    """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2): k = 1 where they
+    are constant, else one for each control interval.
     """
     sensors, auvs = setup.own_sensors, range(setup.scenario.auvs.count)
     constant = np.array(sensors.bias_m_per_s, dtype=np.float64)
@@ -55,7 +54,7 @@ def _velocity_biases(setup: Setup, streams: Streams) -> Floats:
 
 
 def _skews(setup: Setup, streams: Streams) -> Rows:
-    """Return what the AUVs' logs and compasses make of their ways (n,)."""
+    """Return the scale and heading errors of each AUV's dead reckoning (n,)."""
     scale, count = setup.own_sensors.scale_factor_sd, setup.scenario.auvs.count
     return skews_of(
         _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(setup, streams)
@@ -69,18 +68,18 @@ def headings(setup: Setup, streams: Streams) -> Floats:
 
 
 def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Floats:
-    """Return what each of some AUVs has drawn once for the mission, along two axes, (n, 2)."""
+    """Return two normal numbers with a standard deviation, drawn once for each AUV, (n, 2)."""
     if sd == 0.0:
         return np.zeros((count, 2))
     return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
 
 
 def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -> Floats:
-    """Return each AUV's dead-reckoning error (m) but for biases and skew, at its IMU's samples,
-    (n, k, 2).
+    """Return each AUV's dead-reckoning error (m) without biases and skew, at its IMU's samples, (n,
+    k, 2).
 
     A walk begins with the error of the initial position.  Dead reckoning through the water misses
-    the current: it falls behind by what the water moved, as log and compass tell it.
+    the current: its error is minus the water's displacement, as log and compass measure it.
     """
     navigation, rate = setup.scenario.navigation, setup.scenario.navigation.imu_rate_hz
     count = max(1, math.ceil(setup.scenario.duration_s * rate))
@@ -101,9 +100,9 @@ def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -
 
 
 def pressure_errors(setup: Setup, streams: Streams, auv: int, times: Floats) -> Floats:
-    """Return by how much (m) an AUV's pressure sensor errs at instants (n,), s.
+    """Return the errors (m) of an AUV's pressure sensor at instants (n,), s.
 
-    It measures as often as the IMU, and can be looked at at any instant.
+    It samples at the IMU's rate, and may be asked for any instant.
     """
     navigation = setup.scenario.navigation
     key = streams.of(Purpose.DEPTH, auv).integers(2**64, dtype=np.uint64)
@@ -111,8 +110,8 @@ def pressure_errors(setup: Setup, streams: Streams, auv: int, times: Floats) -> 
 
 
 def misalignments(setup: Setup, streams: Streams) -> Floats:
-    """Return the constant error of the heading of each ASV (rad), (m,); with passive ranging of
-    each AUV (n,), which carries the array and turns what it measures by its own compass.
+    """Return the constant heading error of each ASV (rad), (m,); with passive ranging of each AUV
+    (n,), whose compass and array rotate what it measures.
     """
     passive = setup.scenario.protocol.asvs_ping
     turned = headings(setup, streams) if passive else np.zeros(setup.scenario.asvs.count)
@@ -127,8 +126,8 @@ def misalignments(setup: Setup, streams: Streams) -> Floats:
 
 
 def turned_arrays(setup: Setup, streams: Streams) -> Floats:
-    """Return by how much (rad) what AUVs see by arrays of their own is turned, (n,): by the compass
-    and the array of each.
+    """Return the constant error (rad) of directions that AUVs measure by arrays of their own, (n,):
+    of compass and array.
     """
     turned = headings(setup, streams)
     sd = math.radians(setup.scenario.usbl.misalignment_sd_deg)
@@ -137,7 +136,7 @@ def turned_arrays(setup: Setup, streams: Streams) -> Floats:
 
 
 def clocks(setup: Setup, streams: Streams) -> Floats:
-    """Return how late (s) each AUV's clock is at first, and how much later each second, (n, 2)."""
+    """Return how late (s) each AUV's clock is at first, and its drift (s/s), (n, 2)."""
     navigation, count = setup.scenario.navigation, setup.scenario.auvs.count
     sds = np.array((navigation.clock_offset_sd_s, navigation.clock_drift_sd))
     if not sds.any():
@@ -147,9 +146,9 @@ def clocks(setup: Setup, streams: Streams) -> Floats:
 
 
 def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
-    """Return the errors that last, None if there are none of them.
+    """Return the systematic errors of USBL, or None without any.
 
-    Fixes say how they depend on those that navigators are told of, and are as sure as these are.
+    Fixes carry Jacobians of the errors that navigators estimate, so that covariances include these.
     """
     usbl, has_outliers = setup.scenario.usbl, setup.scenario.usbl.outlier_share > 0.0
     found = {kind.name: kind for kind in setup.taken.lasting_errors}
@@ -181,8 +180,8 @@ def systematic_errors_of(setup: Setup, streams: Streams) -> Systematic | None:
 def lasting_errors(
     setup: Setup, systematic: Systematic | None, receptions: Rows, pings: Rows
 ) -> dict[str, Floats]:
-    """Return what was wrong all the time as receptions that were heard were measured, (n,) each, by
-    the columns of their table; NaN where nothing of a kind is.  `pings` are all on record.
+    """Return the systematic errors of receptions that were heard, by their columns, (n,) each; NaN
+    where there is none of a kind.  `pings` are all on record.
     """
     found = {name: np.full(len(receptions), np.nan) for name in LASTING_ERRORS}
     if systematic is None or not len(receptions):

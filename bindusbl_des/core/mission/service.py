@@ -1,4 +1,4 @@
-"""Equations of metrics: how well each AUV was served by fixes, and how far off its estimate was."""
+"""Metrics of each AUV: how well fixes served it, and the errors of its estimate; compiled."""
 
 from math import nan, sqrt
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from ..navigation.fix_update import SURE
 from ..records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import Row, Rows
 
-# numpy adds up to so many numbers in eight columns, and more by halves.
+# numpy sums up to BLOCK numbers in eight columns, and more by halves.
 BLOCK, COLUMNS = 128, 8
 
 
@@ -59,10 +59,10 @@ def quantile(rising: Floats, share: float) -> float:
 
 
 def quantile_of(values: Floats, share: float) -> float:
-    """Return a :func:`quantile` of n > 0 numbers in any order, in which they remain.
+    """Return a :func:`quantile` of n > 0 numbers in any order, which is kept.
 
-    Only the two that it lies between are put in their places, which of thousands takes a tenth of
-    the time of sorting them all.
+    Only the two numbers around it are put in their places, which for thousands takes a tenth of the
+    time of sorting them all.
     """
     place = share * (values.size - 1)
     low = int(place)
@@ -70,14 +70,14 @@ def quantile_of(values: Floats, share: float) -> float:
     return float(pair[0] + (place - low) * (pair[-1] - pair[0]))
 
 
-# Quantiles are told of so much of the time, and of so many fixes; what is left of that.
+# The quantile of metrics, and its complement
 MOST, SELDOM = 0.95, 0.05
 
 
 class DeliveredFixes(NamedTuple):
-    """The fixes of one AUV that reached it: when (s), how old they were then, and how long after
-    their broadcast (s), in the order of fixes; and how wrong all of its fixes were (m).  Of those
-    that the navigator has taken, as they came: when, and when they were pinged for (s).
+    """The fixes of one AUV that were delivered, in the order of fixes: when (s), their ages then,
+    and their times since broadcast (s); the errors of all its fixes (m).  Of fixes that its
+    navigator accepted, in the order of delivery: when, and when their pings were sent (s).
     """
 
     at: Floats
@@ -89,8 +89,8 @@ class DeliveredFixes(NamedTuple):
 
 
 def note_gnss(metrics: Rows, fixes: Rows, gnss: Rows, duration: float) -> None:
-    """Write to each AUV's metrics, (n,), how many fixes by GNSS its navigator has taken, and how
-    old fixes were then, these and all others; `duration` as of :func:`note_service`.
+    """Write to each AUV's metrics, (n,), its accepted GNSS fixes and, of these and all others, the
+    ages of fixes; `duration` as of :func:`note_service`.
     """
     for auv, metric in enumerate(metrics):
         of_each = [
@@ -105,10 +105,10 @@ def note_gnss(metrics: Rows, fixes: Rows, gnss: Rows, duration: float) -> None:
 
 
 def note_service(metrics: Rows, fixes: Rows, duration: float, slot: float) -> None:
-    """Write to each AUV's metrics, (n,) :class:`.metrics.AuvMetrics`, what became of its fixes.
+    """Write to each AUV's metrics, (n,) :class:`.metrics.AuvMetrics`, the outcomes of its fixes.
 
-    `duration` is that of the mission, `slot` that of uplink slots (s), NaN where fixes do not wait
-    for their ends.
+    `duration` is the mission's (s), `slot` the length of uplink slots (s), NaN where fixes do not
+    wait for their ends.
     """
     order = np.argsort(fixes["auv"], kind="stable")
     ends = np.cumsum(np.bincount(fixes["auv"], minlength=len(metrics)))
@@ -119,7 +119,7 @@ def note_service(metrics: Rows, fixes: Rows, duration: float, slot: float) -> No
 def _note_service(
     metrics: Rows, fixes: Rows, order: Ints, ends: Ints, duration: float, slot: float
 ) -> None:
-    """The fixes of one AUV after the other are the rows `order`, up to the `ends` of each."""
+    """`order` are rows of fixes, AUV by AUV, each AUV's up to its number in `ends`."""
     begin, scratch = 0, np.empty((7, order.size + 1))
     for auv in range(len(metrics)):
         metric, own = metrics[auv], order[begin : ends[auv]]
@@ -137,7 +137,7 @@ def _note_service(
 
 @compiled
 def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> DeliveredFixes:
-    """Note how many of the `own` fixes came to what; return what tells how late they were."""
+    """Write the numbers of an AUV's fixes, rows `own`, by outcome; return times and errors."""
     metric.fixes, metric.fixes_out_of_range, metric.fixes_lost = own.size, 0, 0
     metric.fixes_in_flight = 0
     n = judged = taken = 0
@@ -171,7 +171,7 @@ def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> DeliveredFix
 
 @compiled
 def _note_intervals(metric: Row, delivered: Floats, intervals: Floats) -> None:
-    """Note the times between deliveries, at instants (s) of any order; these are written."""
+    """Write the times between deliveries (s), which are sorted; `intervals` is scratch."""
     delivered.sort()
     for k in range(delivered.size - 1):
         intervals[k] = delivered[k + 1] - delivered[k]
@@ -184,11 +184,11 @@ def _note_intervals(metric: Row, delivered: Floats, intervals: Floats) -> None:
 
 @compiled
 def fix_ages(taken: Floats, pinged: Floats, end: float) -> tuple[float, float, float]:
-    """Return mean, 95 % quantile and maximum over time of the age of what an AUV knows (s).
+    """Return mean, 95 % quantile and maximum over time of the age of an AUV's newest fix (s).
 
-    That is the time since the ping of the newest of the fixes that it has `taken`, at n instants
-    (s) that rise, of pings at other instants (s); since the start before the first.  It grows up to
-    the `end`: waits before the first fix and after the last count like any other.
+    Age is the time since the ping of the newest accepted fix, since the start before the first;
+    fixes were `taken` at n rising instants (s), of pings at other instants (s).  Age grows up to
+    the `end` (s): waits before the first fix and after the last count like any other.
 
     >>> fix_ages(np.array([10.0]), np.array([9.0]), 20.0)
     (5.5, 10.0, 11.0)
@@ -204,8 +204,7 @@ def fix_ages(taken: Floats, pinged: Floats, end: float) -> tuple[float, float, f
             newest = max(newest, pinged[k])
     ages.sort()
     lowest.sort()
-    # an age a is exceeded for sum(max(ages - a, 0)) - sum(max(lowest - a, 0)), which are straight
-    # between these
+    # an age a is exceeded for sum(max(ages - a, 0)) - sum(max(lowest - a, 0)), linear in pieces
     age, exceeded, waits, above, low = ages[-1], 0.0, 0, count - 1, count - 1
     while above >= 0 or low >= 0:
         is_end = above >= 0 and (low < 0 or ages[above] >= lowest[low])
@@ -223,7 +222,7 @@ def fix_ages(taken: Floats, pinged: Floats, end: float) -> tuple[float, float, f
 
 @compiled
 def _sum_of_squares(values: Floats) -> float:
-    """Return the sum of squares, which are written in the place of the values."""
+    """Return the sum of squares, which replace the values."""
     for k in range(values.size):
         values[k] *= values[k]
     return total(values)
@@ -231,8 +230,8 @@ def _sum_of_squares(values: Floats) -> float:
 
 @compiled
 def _note_latencies(metric: Row, latencies: Floats, slot: float, since_slot: Floats) -> None:
-    """Note how old fixes were when they were delivered (s), and how long their slot was over then;
-    these are written.
+    """Write the latencies of fixes (s), whose order is changed, and their times since the end of
+    their slot; `since_slot` is scratch.
     """
     n = latencies.size
     for k in range(n):
@@ -248,9 +247,9 @@ def _note_latencies(metric: Row, latencies: Floats, slot: float, since_slot: Flo
 def note_errors(
     metrics: Rows, errors: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats
 ) -> None:
-    """Write to the one row of metrics the errors of an estimate (n, 2), m, along a way
+    """Write to the one row of metrics the errors (n,), m, of an estimate (n, 2), m, along a motion
     (:class:`..vehicles.fleet.VehicleTrack`), and of dead reckoning (n, 2), m; `sure` (n, 3), m2, is
-    xx, yy, xy of the estimate.
+    the covariance xx, yy, xy of the estimate.
     """
     metric, n = metrics[0], len(lines)
     total = square = largest = sideways = alone = 0.0
@@ -266,7 +265,7 @@ def note_errors(
     metric.position_error_m, metric.position_error_rms_m = total / n, sqrt(square / n)
     metric.position_error_max_m, metric.cross_track_error_m = largest, sideways / n
     metric.imu_error_m, metric.fix_benefit_m = alone / n, alone / n - total / n
-    # the time mean of e' P^-1 e; while an AUV is sure in some direction, as at first, there is none
+    # the time mean of e' P^-1 e, without instants at which P is singular, as at first
     normalised, known = np.empty(len(sure)), 0
     for k in range(len(sure)):
         xx, yy, xy = sure[k, 0], sure[k, 1], sure[k, 2]

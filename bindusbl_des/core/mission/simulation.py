@@ -9,7 +9,7 @@ from ..scenario.scenario import Scenario
 if TYPE_CHECKING:
     from ..results.result import Result
 
-# How often a mission tells how far it is.
+# Number of steps at which a mission reports its progress
 PROGRESS_STEPS = 200
 
 
@@ -24,7 +24,7 @@ def simulate(
 
     `scenario` may be the path of a scenario file, or the name of one that ships, read as by
     `load_scenario`: plug-ins that it names are loaded with `allow_plugins` only.  `progress` is
-    told the instant (s) of the mission now and then, which changes nothing of it.
+    called now and then with the instant (s) of the mission, and changes nothing.
 
     The mission covers [0, duration): what would happen at its last instant does not, and pings and
     fixes still under way then are recorded as in flight.  The same scenario and seed give the same

@@ -1,4 +1,4 @@
-"""The event tables of a finished mission, its tracks, and what broke its schedule."""
+"""The event tables of a finished mission, its tracks, and violations of its schedule."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -30,12 +30,12 @@ from .sensor_errors import lasting_errors, pressure_errors
 from .trajectories import beside, instants
 from .world import World
 
-# How likely it was lost is not told of what is not heard for these reasons.
+# Reasons of receptions without a loss probability in their table
 NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
 
 TRACK_POINT = row_type(TrackPoint)
 
-# What a vehicle sent itself as a signal came, by the reason of the record
+# A vehicle's own sounds that drown what it hears, by the reason on record
 OWN = {
     "own_ping": "a ping of its own",
     "own_frame": "a frame of its own",
@@ -44,7 +44,7 @@ OWN = {
 
 
 def event_tables(world: World) -> dict[str, pa.Table]:
-    """Return the event tables of a finished mission, as far as it keeps any."""
+    """Return the event tables of a finished mission; none with `record.detail: summary`."""
     scenario, record = world.setup.scenario, world.record
     if scenario.record.detail == "summary":
         return {}
@@ -80,7 +80,7 @@ def event_tables(world: World) -> dict[str, pa.Table]:
 
 
 def _receptions_table(world: World) -> pa.Table:
-    """Return the table of receptions, with the errors that were in each all the time."""
+    """Return the table of receptions, with levels and systematic errors."""
     record, network = world.record, world.network
     rows = record.receptions.rows
     levels = network.uplink.receiver.levels(rows["snr_db"])
@@ -105,7 +105,7 @@ def _fixes_table(record: Recorder, asvs: int, exchanges: bool) -> pa.Table:
 
 
 def _heard_by(world: World, table: str, rows: Rows) -> pa.Table:
-    """Return a table of what vehicles heard, each by its name."""
+    """Return a table of receptions at any vehicle, with its name."""
     whose = {"listener": len(WORDS) + rows["vehicle"]}
     return from_numbers(table, rows, whose, (*WORDS, *_names(world)))
 
@@ -118,14 +118,14 @@ def _names(world: World) -> list[str]:
 
 @lru_cache(maxsize=1024)
 def _together(packed: bytes) -> str:
-    """Return the names of ASVs, of each of which there is a bit, that is set if it is meant."""
+    """Return the names of ASVs whose bits are set."""
     bits = np.unpackbits(np.frombuffer(packed, dtype=np.uint8))
     return " ".join([f"ASV{asv}" for asv in np.flatnonzero(bits)])
 
 
 def track_points(world: World) -> Rows:
-    """Return the tracks of all vehicles at record.tracks_hz, AUVs first, (n,) :data:`TRACK_POINT`,
-    vehicle by vehicle.
+    """Return the tracks of all vehicles at record.tracks_hz, AUVs first, vehicle by vehicle, (n,)
+    :data:`TRACK_POINT`.
     """
     times = instants(world.setup.scenario.duration_s, world.setup.scenario.record.tracks_hz)
     auvs, asvs, ways = world.auv_fleet, world.asv_fleet, world.trajectories
@@ -151,10 +151,9 @@ def _note_points(
     points: Rows, times: Floats, lines: Floats, reckoned: Floats, estimate: Floats, sure: Floats,
     depth_error: Floats,
 ) -> None:  # fmt: skip
-    """Write where an AUV was on its way (:class:`..vehicles.fleet.VehicleTrack`), and what it made
-    of it.
+    """Write an AUV's true motion (:class:`..vehicles.fleet.VehicleTrack`) and its estimates.
 
-    `reckoned` and `estimate` (n, 2), m; how `sure` it was: xx, yy, xy (n, 3), m2.
+    `reckoned` and `estimate` (n, 2), m; covariances `sure`: xx, yy, xy (n, 3), m2.
     """
     for k in range(times.size):
         point = points[k]
@@ -172,7 +171,7 @@ def _note_points(
 
 @compiled
 def _note_truth(points: Rows, times: Floats, lines: Floats) -> None:
-    """Write where a vessel was on its way; it estimates nothing."""
+    """Write an ASV's true motion; it estimates nothing."""
     for k in range(times.size):
         point = points[k]
         _place(point, times[k], lines, k)
@@ -184,7 +183,7 @@ def _note_truth(points: Rows, times: Floats, lines: Floats) -> None:
 
 @inlined
 def _place(point: Row, time: float, lines: Floats, k: int) -> None:
-    """Write the instant and the true place of line k of a way, its heading in (-pi, pi]."""
+    """Write the instant and the true pose in line k of a motion, yaw in (-pi, pi]."""
     point.time_s = time
     point.x_m, point.y_m, point.z_m = lines[k, 0], lines[k, 1], lines[k, 2]
     turned = pi - lines[k, 3]
@@ -194,10 +193,10 @@ def _place(point: Row, time: float, lines: Floats, k: int) -> None:
 
 
 def violations_of(world: World) -> Violations | None:
-    """Return what broke the schedule of a mission; None with random access, which has none.
+    """Return the violations of a mission's schedule; None with random access, which has none.
 
-    Receptions of pings, calls and frames are counted that others destroyed: the metrics
-    `collisions` and `frame_collisions`.
+    They are receptions of pings, calls and frames destroyed by other signals, which the metrics
+    `collisions` and `frame_collisions` count.
     """
     if world.setup.scenario.protocol.random_access:
         return None
@@ -209,7 +208,7 @@ def violations_of(world: World) -> Violations | None:
 
 
 def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
-    """Yield the ping among destroyed receptions that arrived first."""
+    """Yield the violation by the destroyed ping that arrived first."""
     if not len(receptions):
         return
     reception = receptions[np.argmin(receptions["arrived_at_s"])]
@@ -226,7 +225,7 @@ def _ping(world: World, receptions: Rows) -> Iterator[Violation]:
 
 
 def _strongest(world: World, line: Row) -> Iterator[str]:
-    """Yield who sent what destroyed a reception of a ping or frame, the strongest of all."""
+    """Yield the sender, in words, of the strongest signal that destroyed a ping or frame."""
     why, by = WORDS[line["why"]], int(line["overlapped_by"])
     if why in OWN:
         yield OWN[why]
@@ -244,13 +243,15 @@ def _strongest(world: World, line: Row) -> Iterator[str]:
 
 
 def _call(world: World, destroyed: Rows) -> Iterator[Violation]:
-    """Yield the first call, of pings that were not sent, that another destroyed at its AUV."""
+    """Yield the violation by the first call that was destroyed at its AUV; rows are its pings."""
     if not len(destroyed):
         return
     pings = world.record.pings.rows
     call = destroyed[np.argmin(destroyed["called_at_s"])]
     same = (pings["called_at_s"] == call["called_at_s"]) & (pings["called_by"] != call["called_by"])
     others = tuple(f"that of ASV{asv}" for asv in np.unique(pings["called_by"][same]))
+    if (why := WORDS[call["call_why"]]) != "call":
+        others = (OWN.get(why, f"a {why.removeprefix('own_')}"),)
     yield Violation(
         "call", float(call["called_at_s"]), f"ASV{call['called_by']}", f"AUV{call['auv']}",
         int(call["round"]), int(call["slot"]), others,
@@ -258,7 +259,7 @@ def _call(world: World, destroyed: Rows) -> Iterator[Violation]:
 
 
 def _frame(world: World, frames: Rows) -> Iterator[Violation]:
-    """Yield the first of frames that another destroyed at an AUV."""
+    """Yield the violation by the first frame that was destroyed at an AUV."""
     if not len(frames):
         return
     frame = frames[np.argmin(frames["broadcast"])]

@@ -1,4 +1,4 @@
-"""Where AUVs were, by samples of their motion, and what follows from their trajectories alone."""
+"""Samples of the AUVs' true motion, and what follows from it alone."""
 
 import math
 from collections.abc import Hashable, Sequence
@@ -14,7 +14,7 @@ from ..vehicles.fleet import VehicleFleet
 from ..vehicles.sweeping import Sweep, sweep
 from ..vehicles.vehicle import Vehicle
 
-# Guards floor(duration * rate) against rounding, as for ticks.
+# Tolerance of ceil(duration * rate) against rounding, as for ticks
 COUNT_TOLERANCE = 1e-9
 
 
@@ -22,7 +22,7 @@ COUNT_TOLERANCE = 1e-9
 def instants(duration: float, rate: float, begin: float = 0.0) -> Floats:
     """Return the instants k / rate in [begin, duration) (s); read-only, since missions share them.
 
-    Of those from the start on the first is always the start, however low the rate.
+    With `begin` 0 the first is always 0, however low the rate.
 
     >>> instants(3.0, 1e-12).tolist()
     [0.0]
@@ -34,17 +34,17 @@ def instants(duration: float, rate: float, begin: float = 0.0) -> Floats:
     return times
 
 
-# A lane whose end is this near (m) is flown; the instant of it is found to 2^-50 of the mission.
+# A lane is flown within this distance (m) of its end; its instant is exact to 2^-50 of the mission.
 ARRIVED_M, HALVINGS = 1e-6, 50
 
 
 class Trajectories(NamedTuple):
-    """The ways of n AUVs, looked back on; NaN stands for what is not known or done.
+    """The motion of n AUVs after the mission; NaN stands for what is unknown or never happened.
 
-    `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks`,
-    none where no tracks are kept, each AUV was so far `beside_m` its path (m), and was the first to
-    sweep so much, `swept_m2`, (n, k).
-    All of them have swept `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
+    `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks` (0
+    without tracks), each AUV was `beside_m` (n, k) from its path (m), and had been the first to
+    sweep `swept_m2` (n, k).  All of them have swept `covered_m2` (m2), and the last has flown its
+    lanes by `finished_at_s`.
     """
 
     metrics: dict[str, Floats]
@@ -58,9 +58,9 @@ _looked_back: WeakKeyDictionary[VehicleFleet, tuple[Hashable, Trajectories]] = W
 
 
 def trajectories_of(setup: Setup, fleet: VehicleFleet) -> Trajectories:
-    """Return what AUVs have done whose motion is known to the mission's end.
+    """Return what follows from the motion of AUVs, known to the mission's end.
 
-    Where that is foreseen, missions share it.
+    Missions share it where no seed changes the motion.
     """
     if not fleet.foreseen:
         return _look_back(setup, fleet)
@@ -105,7 +105,7 @@ def _mean(values: Floats) -> float:
 
 
 def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
-    """Return how far (m) vehicles were beside their paths at k instants (s), (n, k)."""
+    """Return the distance (m) of vehicles from their paths at k instants (s), (n, k)."""
     found = np.full((len(vehicles), len(times)), np.nan)
     for its_own, vehicle in zip(found, vehicles, strict=True):
         off = vehicle.path_error(times)
@@ -115,7 +115,7 @@ def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
 
 
 def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:
-    """Return what of the survey the AUVs have swept, and when; None without a swath."""
+    """Return the sweep of the survey by the AUVs; None without a swath."""
     swath = setup.swath_m
     if swath is None:
         return None
@@ -126,7 +126,7 @@ def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:
 
 
 def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
-    """Return how much of the survey (m2) each AUV was the first to sweep by k instants (s)."""
+    """Return the area (m2) that each AUV was the first to sweep by k instants (s), (n, k)."""
     if swept is None:
         return np.full((count, len(times)), np.nan)
     return np.stack([swept.area(times, auv) for auv in range(count)])
@@ -136,7 +136,7 @@ Lanes = tuple[tuple[float, float], ...]
 
 
 def _lanes(setup: Setup, fleet: VehicleFleet) -> list[Lanes]:
-    """Return where along its plan (m) each AUV's lanes begin and end; empty without plans."""
+    """Return the begin and end of each AUV's lanes, in m along its plan; empty without plans."""
     if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
         return []
     if setup.scenario.auvs.route.is_held:
@@ -145,14 +145,14 @@ def _lanes(setup: Setup, fleet: VehicleFleet) -> list[Lanes]:
 
 
 def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:
-    """Return which share of its lanes an AUV has flown by an instant (s)."""
+    """Return the share of its lanes that an AUV has flown by an instant (s)."""
     begin, end_m = np.array(lanes).T
     along = vehicle.along(end)
     return float(np.clip(along - begin, 0.0, end_m - begin).sum() / (end_m - begin).sum())
 
 
 def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float) -> float | None:
-    """Return the instant (s) at which the last had flown all its lanes; None if one has not."""
+    """Return the instant (s) at which the last AUV had flown all its lanes; None if one has not."""
     goals = [its_own[-1][1] - ARRIVED_M for its_own in lanes]
     if not all(_is_there(*pair, end) for pair in zip(vehicles, goals, strict=True)):
         return None
@@ -164,12 +164,12 @@ def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float
 
 
 def _is_there(vehicle: Vehicle, along: float, time: float) -> bool:
-    """Tell whether a vehicle is so far along its plan (m) at an instant (s)."""
+    """Return whether a vehicle is so far along its plan (m) at an instant (s)."""
     return (vehicle.along(time) or 0.0) >= along
 
 
 def _reached(vehicle: Vehicle, along: float, until: float) -> float:
-    """Return when (s) a vehicle was so far along its plan (m), as it is by an instant (s)."""
+    """Return when (s) a vehicle got so far along its plan (m), at `until` (s) the latest."""
     low, high = 0.0, until
     for _ in range(HALVINGS):
         middle = (low + high) / 2

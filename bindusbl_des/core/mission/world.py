@@ -19,10 +19,10 @@ from .trajectories import Trajectories, trajectories_of
 
 
 class Samples(NamedTuple):
-    """One AUV at n instants: its true way, and what it made of it.
+    """One AUV at n instants: its true motion and its own view of it.
 
-    `odometry` is what its own sensors told it, `estimate` where it believed to be (n, 2), m, with
-    every fix delivered by then.
+    `odometry` is the dead reckoning of its sensors, `estimate` its estimated position (n, 2), m,
+    with every fix delivered by then.
     """
 
     way: VehicleTrack
@@ -41,7 +41,7 @@ def turned(yaw: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class World:
-    """Everything that takes part in a mission, and the record of what has happened."""
+    """Everything that takes part in a mission, and its record."""
 
     setup: Setup
     auv_fleet: VehicleFleet
@@ -54,12 +54,12 @@ class World:
 
     @cached_property
     def trajectories(self) -> Trajectories:
-        """What the AUVs have done, once their motion is known to the mission's end."""
+        """What follows from the AUVs' motion, once that is known to the mission's end."""
         return trajectories_of(self.setup, self.auv_fleet)
 
     @cached_property
     def broadcasts(self) -> Rows:
-        """All frames of the mission, a row of numbers for each, when it has ended."""
+        """All frames of the mission as a row of numbers each, once it has ended."""
         return numbers_of("broadcasts", self.record.broadcasts)
 
     def sample(self, auv: int, times: Floats) -> Samples:

@@ -5,11 +5,9 @@ Theory of operation
 A mission runs on a SimPy environment.  One process, `tdma.serve`, goes through the rounds as the
 paper's timeline reads (`tdma.take_turns` where ASVs ping):
 
-A mission runs on a SimPy environment.  One process, `tdma.serve`, goes through the rounds as the
-paper's timeline reads (`tdma.take_turns` where ASVs ping):
-
-With random access each vehicle runs a program of its own, beside the cycles of the downlink
-(`access`).
+    fleet's predicted positions -> conflict graph -> colours -> one slot T_UL for each colour
+    in a slot its AUVs ping (`ranging`: by their clocks, or called)
+    then T_DL: the fixes that wait go into frames, sent by the ASVs that a broadcaster chooses
 
 With random access each vehicle runs a program of its own, beside the cycles of the downlink
 (`access`).
@@ -20,8 +18,8 @@ A **signal** is anything that sounds: ping, call, frame, data packet, a program'
 ping.  A **frame** carries fixes on MF. A **delivery** is the instant from which an AUV has a fix.
 All durations are those of `slots.Slots`, counted in the crossing time t_C of the survey:
 
-All instants are exact, or those of a clock with ticks: computed from a start and a duration, and
-never read from `env.now`, in which roundings add up.
+    t_C = L / c         guard T_G = 0.5 t_C       T_UL = max(T_P + R_HF / c + T_G, 2.5 t_C)
+    T_tx airtime        guard T_DL,G = 1.25 t_C   T_DL = max(T_tx + T_DL,G, 10 t_C)
 
 Each instant is computed from a start and a duration, exactly or on a clock with ticks, and never
 read from `env.now`, in which rounding errors add up.
@@ -44,28 +42,32 @@ With passive ranging the two fleets have changed places: ASVs ping on the `Beaco
 `OwnOutcomes` decides each reception by itself as soon as it is over, and the AUV that has heard the
 ping fixes itself.
 
-Fixes on MF ----------- `frames.MfDownlink.send` notes a frame, and writes to each of its fixes when
-it will arrive.  A frame's outcome at an AUV is worked out when it is asked for: cut, where the ASV
-failed as it sent; lost by the channel; destroyed by a frame that overlaps it, or by the AUV's own
-ping where the AUV has one transducer (`duplex: per_node`); else heard.  `exchange.Exchange` is that
-band where AUVs send, too: there each frame is decided as it ends at a listener.
+Fixes on MF
+-----------
+`frames.MfDownlink.send` notes a frame, and writes to each of its fixes when it will arrive.  A
+frame's outcome at an AUV is worked out when it is asked for: cut, where the ASV failed as it sent;
+lost by the channel; destroyed by a frame that overlaps it, or by the AUV's own ping where the AUV
+has one transducer (`duplex: per_node`); else heard.  `exchange.Exchange` is that band where AUVs
+send, too: there each frame is decided as it ends at a listener.
 
 Where AUVs follow planned routes, their estimates steer nothing: a fix is applied when the estimate
 is asked for, at the latest at the mission's end, but with its own instant.  AUVs that steer by
 their estimates have each fix at the event of its delivery.
 
-What is decided late, and why ----------------------------- Only what something waits for is an
-event: starts of slots, calls and answers, frames, replies, and deliveries to AUVs that steer by
-them (`happenings` for a user's code).  A ping, a frame or a fix is decided when its outcome is
-asked for, and not before all sound that could overlap it is on record.  How much later does not
-matter: every number that decides is a function of the pair of vehicles and of how many signals that
-pair has had.  So a sweep that asks for final errors alone gets the same numbers as a notebook that
-looks at every instant, many times faster.
+What is decided late, and why
+-----------------------------
+Only what something waits for is an event: starts of slots, calls and answers, frames, replies, and
+deliveries to AUVs that steer by them (`happenings` for a user's code).  A ping, a frame or a fix is
+decided when its outcome is asked for, and not before all sound that could overlap it is on record.
+How much later does not matter: every number that decides is a function of the pair of vehicles and
+of how many signals that pair has had.  So a sweep that asks for final errors alone gets the same
+numbers as a notebook that looks at every instant, many times faster.
 
-What may be asked when ---------------------- At any instant: the outcome of a reception that is
-over by then (`outcome_of`), although it is not decided yet; it is worked out with the numbers that
-will decide it.  Which AUVs have decoded a frame by now (`decoded`).  Not: anything of a later
-instant.
+What may be asked when
+----------------------
+At any instant: the outcome of a reception that is over by then (`outcome_of`), although it is not
+decided yet; it is worked out with the numbers that will decide it.  Which AUVs have decoded a frame
+by now (`decoded`).  Not: anything of a later instant.
 
 Invariants
 ----------

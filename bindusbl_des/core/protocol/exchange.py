@@ -58,7 +58,7 @@ class Following(NamedTuple):
     acknowledge_s: dict[int, float]
 
 
-class Sent(NamedTuple):
+class AsvFrame(NamedTuple):
     """A frame of an ASV: its number in broadcasts, its fixes (rows of the record), its message, its
     part of the broadcast, its end (s), and what follows.
     """
@@ -149,11 +149,11 @@ class Exchange(MfDownlink):
         airtime = message.airtime_s
         self.sounds.deafen(BY_OWN_FRAME, number, len(self._auvs) + asv, time, airtime)
         following = self._follows.get(asv) if self._behind is not None else None
-        sent = Sent(number, rows, message, part, time + airtime, following)
+        sent = AsvFrame(number, rows, message, part, time + airtime, following)
         for auv in self._waiting(sent):
             self._when_over(self._first[number] + auv, partial(self._frame_is_over, sent, auv))
 
-    def _waiting(self, sent: Sent) -> list[int]:
+    def _waiting(self, sent: AsvFrame) -> list[int]:
         """Return the AUVs that need a frame and have not decoded it."""
         if not len(sent.fixes):
             return []
@@ -162,7 +162,7 @@ class Exchange(MfDownlink):
             matters = {*range(len(self._auvs))}
         return sorted(auv for auv in matters if (sent.number, auv) not in self._decoded)
 
-    def _frame_is_over(self, sent: Sent, auv: int, row: int) -> None:
+    def _frame_is_over(self, sent: AsvFrame, auv: int, row: int) -> None:
         """Deliver an ASV's frame that has just ended at an AUV, if the AUV has decoded it."""
         found = self._received(np.array([sent.number]), np.array([auv]), self._env.now + ROUNDING)
         if found[0]["outcome"] == HEARD:
@@ -199,7 +199,7 @@ class Exchange(MfDownlink):
     # Frames of AUVs
 
     def _take(
-        self, sent: Sent, auv: int, hops: int, turn: int, by: int, time: float, on_clock: float
+        self, sent: AsvFrame, auv: int, hops: int, turn: int, by: int, time: float, on_clock: float
     ) -> None:
         """Let an AUV have a frame at an instant (s), exact and on the clock, that so many AUVs have
         forwarded, last the AUV `by` in its `turn` (NONE and -1: it comes from its ASV).
@@ -232,7 +232,7 @@ class Exchange(MfDownlink):
         """Let an AUV send at an instant (s): call `verb` with it."""
         moment(self._env, time).callbacks.append(lambda _: verb(max(time, self._env.now)))
 
-    def _relay(self, sent: Sent, auv: int, hops: int, turn: int, time: float) -> None:
+    def _relay(self, sent: AsvFrame, auv: int, hops: int, turn: int, time: float) -> None:
         """Let an AUV forward a frame at an instant (s)."""
         message = sent.message
         row = AuvFrame(
@@ -245,13 +245,15 @@ class Exchange(MfDownlink):
                 over = partial(self._copy_is_over, sent, listener, hops, turn, auv)
                 self._when_over(heard[listener], over)
 
-    def _copy_is_over(self, sent: Sent, auv: int, hops: int, turn: int, by: int, row: int) -> None:
+    def _copy_is_over(
+        self, sent: AsvFrame, auv: int, hops: int, turn: int, by: int, row: int
+    ) -> None:
         """Deliver a forwarded frame that has just ended at an AUV, if the AUV has decoded it."""
         if self._became(row, self._env.now)[0] == HEARD:
             taken = partial(self._take, sent, auv, hops, turn, by)
             self._hand_over(row, sent.message.delay_s, taken)
 
-    def _acknowledge(self, sent: Sent, auv: int, hops: int, time: float) -> None:
+    def _acknowledge(self, sent: AsvFrame, auv: int, hops: int, time: float) -> None:
         """Let an AUV acknowledge at an instant (s) all fixes that it has decoded since its last
         acknowledgement; each broadcast is acknowledged once.
         """
@@ -379,7 +381,7 @@ class Exchange(MfDownlink):
         return met
 
 
-def _first_turn(sent: Sent, following: Following, turn: int, time: float) -> float:
+def _first_turn(sent: AsvFrame, following: Following, turn: int, time: float) -> float:
     """Return when (s) the first turn began, as reckoned by an AUV that has had a frame since `time`
     (s) which was sent in a `turn` (-1: by its ASV).
     """

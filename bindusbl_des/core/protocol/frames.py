@@ -62,7 +62,7 @@ from .outcomes import Outcomes
 PROMISE = np.dtype(
     [("outcome", "i8"), ("why", "i8"), ("loss", "f8"), ("sound", "f8"), ("late_s", "f8")]
 )
-DISC: Rows = np.empty(0, PROMISE)
+NO_PROMISES: Rows = np.empty(0, PROMISE)
 
 
 class FrameBand(NamedTuple):
@@ -83,7 +83,7 @@ class FrameBand(NamedTuple):
     doppler_limit: float | None = None
 
 
-class Sent(NamedTuple):
+class FixFrames(NamedTuple):
     """What :func:`begin_frame` works with, packed once: all fixes, `slant` and `reach` (m) as of
     :class:`FrameBand`, and the `rate` of the clock (Hz, see :func:`after`).
     """
@@ -126,7 +126,7 @@ class MfDownlink(Deliveries):
         self.deafens: Sounds | None = None
         self._first: list[int] = []  # by frame: the row of its sound at AUV0; other AUVs' follow
         self._delay_s: list[float] = []  # by frame: how long after its end the modem delivers it
-        self._sent_in = Packed(Sent(self._fixes.array, band.slant, band.reach, clock.rate))
+        self._sent_in = Packed(FixFrames(self._fixes.array, band.slant, band.reach, clock.rate))
         self._fixes.hand_on(self._sent_in, "fixes")
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -inf
@@ -167,7 +167,8 @@ class MfDownlink(Deliveries):
         for fleet in self._moving:
             fleet.advance(time)
         foreseen, number, sounds = airtime <= self._foreseen_s, len(self._first), self.sounds
-        promised, auvs, first, channel = DISC, len(self._auvs), sounds.count, self._band.channel
+        promised, auvs, first = NO_PROMISES, len(self._auvs), sounds.count
+        channel = self._band.channel
         if channel is not None:
             promised = self._ask(channel(size, airtime), rows, asv, time)
         self._is_shared |= time < self._passed_at
@@ -404,7 +405,7 @@ def begin_frame(
     The frame would last `airtime` (s); it is on the air for `on_air` (s), less if its ASV fails.
     Write its sounds behind the first `count`.
 
-    `packed` is the address of a :class:`Sent`, `packed_sea` of a :class:`Sea` with enough free
+    `packed` is the address of a :class:`FixFrames`, `packed_sea` of a :class:`Sea` with enough free
     rows.  The frame sounds at the first so many `listeners` of all vehicles, AUVs first, but not at
     its sender; `promised` (listeners,), :data:`PROMISE`, is the channel's answer, empty on the
     disc.  Write each fix's arrival, `delay` (s) after the frame's end has come; it stays NaN if the
@@ -412,7 +413,7 @@ def begin_frame(
     `foreseen`.  Return the latest arrival (s) that is known, or -1; the longest time (s) from
     sending to the end of any sound so far; and the row after the sounds.
     """
-    into, sea, last = unpacked(packed, Sent), unpacked(packed_sea, Sea), -1.0
+    into, sea, last = unpacked(packed, FixFrames), unpacked(packed_sea, Sea), -1.0
     fixes, auvs = into.fixes, sea.auvs
     here, sender = where(sea.asvs, asv, time), auvs.first.size - 1 + asv
     strengths, lates = np.zeros(listeners), np.zeros(listeners)

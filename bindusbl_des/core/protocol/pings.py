@@ -19,7 +19,7 @@ from ..acoustics.bursts import burst_luck
 from ..acoustics.channel import NO_LOSS, PLAIN, AskedChannel, Prospects, Signals, between
 from ..acoustics.loss import LossTerms, chance_of
 from ..acoustics.propagation import (
-    DISC,
+    NO_PROSPECTS,
     TOUCH,
     SignalBand,
     SignalPath,
@@ -94,7 +94,7 @@ class HfBand:
         audible = None if asked is None else asked.audible_m
         sounding = band if audible is None else band._replace(reach=audible)
         loss = channel if isinstance(channel, LossTerms) else NO_LOSS
-        self._way = SignalPath(sounding, loss, DISC)
+        self._way = SignalPath(sounding, loss, NO_PROSPECTS)
         random = None if asked is None else streams.of(Purpose.CHANNEL, 0)
         #: How signals other than pings and calls propagate.
         self.spreading = Spreading(asked, loss, band.slant, band.reach, "hf", random, doppler_limit)

@@ -4,12 +4,6 @@ Theory of operation
 -------------------
 A program (`aloha`, `csma`, `t_lohi`, `macau`, `dacap`) is a generator of SimPy's steps: it waits,
 listens and sends by the verbs of `node.Node`; it knows nothing but what its vehicle hears.  What it
-sends sounds at all others (`air.SharedAir`), on the sea of the HF band (`...acoustics.sounds`):
-pings of AUVs become receptions at ASVs as with any schedule, and are sounds at other AUVs; every
-other signal is a sound everywhere.
-
-A program (`aloha`, `csma`, `t_lohi`, `macau`, `dacap`) is a generator of SimPy's steps: it waits,
-listens and sends by the verbs of `node.Node`; it knows nothing but what its vehicle hears.  What it
 sends sounds at all other vehicles (`air.SharedAir`), on the sea of the HF band
 (`...acoustics.sounds`): pings of AUVs become receptions at ASVs as with any schedule, and are
 sounds at other AUVs; every other signal is a sound everywhere.
