@@ -57,6 +57,12 @@ CUT_OFF = "Cut off before all was flown; the same command, or `bindusbl-des resu
     shell_complete=goal_metrics,
     help="The same where more is better, such as fix_rate_hz=0.1.",
 )
+@click.option(
+    "--survive",
+    type=int,
+    metavar="N",
+    help="Keep the goals also where any N vessels are lost, from the start on or halfway.",
+)
 @click.option("--mean", is_flag=True, help="Judge the mean over AUVs, not the worst AUV.")
 @click.option(
     "--share",
@@ -95,6 +101,7 @@ def plan(
     file: str,
     below: tuple[str, ...],
     above: tuple[str, ...],
+    survive: int | None,
     mean: bool,
     share: float | None,
     vary: tuple[str, ...],
@@ -113,7 +120,8 @@ def plan(
 
     Teams are proposed, predicted and flown, with as many seeds as it takes to be sure; the answer
     is flown again in worse conditions.  What is cut off goes on with the same command, or with
-    `resume`.  A plan's file holds scenario, goal, candidates, confidence, budgets and cost.
+    `resume`.  A plan's file holds scenario, goal, survive, candidates, confidence, budgets,
+    cost.
     """
     if mean and share is not None:
         raise click.UsageError("give either --mean or --share")
@@ -129,7 +137,7 @@ def plan(
         goals = goals_of_options(below, above, of)
         options = Options(vary=vary, overrides=overrides)
         numbers = {"confidence": confidence, "budget_s": budget_s, "seed": seed}
-        numbers["budget_missions"] = budget_missions
+        numbers |= {"budget_missions": budget_missions, "survive": survive}
         asking = Asking(goals, of, options, numbers, allow_plugins)
         question = read_plan(file, asking)
         experiment = question.experiment

@@ -91,7 +91,7 @@ def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
     'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
     """
     return ", ".join(
-        "{} {} (95 % interval {})".format(goal.metric, *_with_ends(goal, estimate))
+        "{} {} (95 % interval {})".format(goal.name, *_with_ends(goal, estimate))
         for goal, estimate in zip(goals, estimates, strict=True)
     )
 
@@ -106,7 +106,7 @@ def best_text(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection
     """Return which of the teams that were flown is the best so far; empty where none was."""
     for best in ranked(goals, teams, selection)[:1]:
         means = ", ".join(
-            f"{f'{goal.metric} ' if len(goals) > 1 else ''}{mean}"
+            f"{f'{goal.name} ' if len(goals) > 1 else ''}{mean}"
             + (f" ({ends})" if estimate.low == estimate.low else "")
             for goal, estimate in zip(goals, selection.estimates[best], strict=True)
             for mean, ends in [_with_ends(goal, estimate)]
@@ -177,7 +177,7 @@ def _unvaried(outcome: Outcome) -> Iterator[str]:
     assert answer is not None
     missions = outcome.selection.missions[answer]
     pairs = zip(question.goals, outcome.selection.estimates[answer], strict=True)
-    same = [goal.metric for goal, estimate in pairs if estimate.low == estimate.high]
+    same = [goal.name for goal, estimate in pairs if estimate.low == estimate.high]
     if same:
         unseen = 100 * (1 - (1 - question.confidence) ** (1 / missions))
         yield (
@@ -198,7 +198,7 @@ def _predicted(outcome: Outcome, answer: Team) -> Iterator[str]:
                   if team.values[place] > 0]  # fmt: skip
         known = [ratio for ratio in ratios if isfinite(ratio)]
         yield (
-            f"{goal.metric} of the answer was predicted to be {value_text(goal, value)}; "
+            f"{goal.name} of the answer was predicted to be {value_text(goal, value)}; "
             f"nine in ten teams so predicted lie from {significant(low)} to "
             f"{value_text(goal, high)}. The missions of this plan gave "
             f"{significant(min(known))} to {significant(max(known))} times what was predicted."

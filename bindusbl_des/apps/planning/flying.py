@@ -6,9 +6,11 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from itertools import takewhile
+from dataclasses import replace
+from itertools import chain, takewhile
 from pathlib import Path
 from time import monotonic
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -54,11 +56,17 @@ def values(goals: Sequence[Goal], rows: Sequence[Mapping[str, Any]]) -> Floats:
 def _value(goal: Goal, row: Mapping[str, Any]) -> float:
     if not row:
         return np.nan
+    if goal.lost and LOST in row:
+        each = np.array([_value(replace(goal, lost=0), lost) for lost in row[LOST]])
+        return float(each.max() if goal.is_below else each.min())  # nan if any is
     if goal.is_of_auvs:
         return float(goal.of_fleets(np.array([row[f"{AUVS}.{goal.metric}"]], float))[0])
     value = row[goal.metric]
     return np.nan if value is None else float(value)
 
+
+# Under it a mission's row has those of the same mission with each loss of vessels.
+LOST = "lost"
 
 Pair = tuple[int, int]  # the number of a point, and that of a seed in its list
 
@@ -67,6 +75,9 @@ BATCH_S = 2.0
 
 # Of one table of a part, the columns that are wanted of each mission.
 Wanted = Mapping[str, Sequence[str]]
+
+# By the number of a point, those that are the same with vessels lost
+Losses = Mapping[int, Sequence[int]]
 
 
 class Stopped(KeyboardInterrupt):
@@ -77,7 +88,7 @@ class Flights:
     """The missions of an experiment that are flown so far, and the workers who fly more.
 
     `asked` are the columns that are read: of missions by their names, and of AUVs.  `note` hears of
-    missions as they end.
+    missions as they end.  `losses` are the points that are others with vessels lost.
     """
 
     def __init__(
@@ -86,7 +97,9 @@ class Flights:
         pool: WorkerPool,
         asked: Wanted,
         note: Callable[[Sequence[Row]], None],
+        losses: Losses,
     ) -> None:
+        self._losses = losses
         self.campaign, self._pool, self._asked, self._note = campaign, pool, asked, note
         self._rows: dict[int, dict[str, Any]] = {}
         self._read: set[str] = set()
@@ -102,14 +115,19 @@ class Flights:
         why = failed_because(self.campaign.folder)
         return f"{failed} failed{why}" if why else ""
 
-    def lacking(self, pairs: Sequence[Pair]) -> int:
-        """Return how many missions have not been flown."""
-        return len({self._number(pair) for pair in pairs} - self._rows.keys())
+    def lacking(self, pairs: Sequence[Pair], lost: bool = False) -> int:
+        """Return how many missions have not been flown, with vessels `lost` as well."""
+        return len({n for pair in pairs for n in self._numbers(pair, lost)} - self._rows.keys())
 
     def rows(
-        self, pairs: Sequence[Pair], until: float = math.inf, most: int | None = None
+        self,
+        pairs: Sequence[Pair],
+        until: float = math.inf,
+        most: int | None = None,
+        lost: bool = False,
     ) -> list[dict[str, Any]]:
-        """Return the columns of missions, which are flown where that has not been done.
+        """Return the columns of missions, which are flown where that has not been done, and with
+        vessels `lost` as well.
 
         A failed mission is an empty row; columns of AUVs are lists.  `until` is the instant (by
         `time.monotonic`) at which no further mission is begun, `most` how many are flown; if either
@@ -119,16 +137,25 @@ class Flights:
             Stopped: when the user interrupted them.
             NotWritten: when the folder cannot be written.
         """
-        numbers = [self._number(pair) for pair in pairs]
-        missing = [number for number in dict.fromkeys(numbers) if number not in self._rows][:most]
+        numbers = [self._numbers(pair, lost) for pair in pairs]
+        each = dict.fromkeys(chain.from_iterable(numbers))
+        missing = [number for number in each if number not in self._rows][:most]
         if missing:
             self._fly(missing, until)
-        flown = takewhile(self._rows.__contains__, numbers)
-        return [self._rows[number] for number in flown]
+        flown = takewhile(lambda own: all(number in self._rows for number in own), numbers)
+        return [self._row(own) for own in flown]
 
-    def _number(self, pair: Pair) -> int:
+    def _row(self, numbers: Sequence[int]) -> dict[str, Any]:
+        """Return the row of a mission, and in it those with each loss."""
+        whole, *lost = (self._rows[number] for number in numbers)
+        return {**whole, LOST: lost} if whole and lost else whole
+
+    def _numbers(self, pair: Pair, lost: bool) -> list[int]:
+        """Return the number of a mission, and those with each loss."""
         point, seed = pair
-        return point * len(self.campaign.plan.experiment.seeds) + seed
+        seeds = len(self.campaign.plan.experiment.seeds)
+        points = (point, *(self._losses.get(point, ()) if lost else ()))
+        return [point * seeds + seed for point in points]
 
     def _fly(self, missing: Sequence[int], until: float) -> None:
         plan, folder = self.campaign.plan, self.campaign.folder
@@ -172,9 +199,11 @@ def flights(
     pool: WorkerPool,
     note: Callable[[Sequence[Row]], None] = lambda _: None,
     limit_m: float | None = None,
+    losses: Losses = MappingProxyType({}),
 ) -> Iterator[Flights]:
     """Yield the missions of an experiment in a folder, which may hold some of them already; its
-    record says which mean error (m) is asked of every AUV.
+    record says which mean error (m) is asked of every AUV.  `losses` are the points that are others
+    with vessels lost.
 
     Raises:
         CampaignError: when the folder holds other missions, or another process flies them.
@@ -187,7 +216,7 @@ def flights(
     with locked(folder), at_run(_campaign(plan, folder), **{LIMIT: limit_m}) as campaign:
         with answered(end_now):
             compile_kernels(plan, folder)
-        yield Flights(campaign, pool, asked, note)
+        yield Flights(campaign, pool, asked, note, losses)
         campaign.record["status"] = AS_ASKED
 
 
@@ -235,16 +264,17 @@ class Budget:
         self._doing = "proposing teams"
         self._line = ProgressLine(quiet=quiet)
 
-    def sample(self, missions: Flights, pairs: Sequence[Pair]) -> Floats:
+    def sample(self, missions: Flights, goals: Sequence[Goal], pairs: Sequence[Pair]) -> Floats:
         """Return the goals' values of missions, which are flown where that has not been done; of
         the first of them only where the budget is not enough for all.
         """
         self._began, before = monotonic(), self._took
         until = math.inf if self._seconds is None else self._began + self._seconds - before
         most = None if self._most is None else self._most - self.flown
-        self._asked = self.flown + missions.lacking(pairs)
+        lost = any(goal.lost for goal in goals)
+        self._asked = self.flown + missions.lacking(pairs, lost)
         try:
-            rows = missions.rows(pairs, until, most)
+            rows = missions.rows(pairs, until, most, lost)
         finally:
             self._took = before + monotonic() - self._began
             self._began = math.nan
@@ -252,7 +282,7 @@ class Budget:
             used_up = self._most is not None and self.flown >= self._most
             by_missions = f"--budget-missions {self._most}"
             self.cut_by = by_missions if used_up else f"--budget-s {self._seconds:g}"
-        return values(self.question.goals, rows)
+        return values(goals, rows)
 
     def begin(self, what: str) -> None:
         """Say what is done from now on."""

@@ -37,7 +37,10 @@ LESS_IS_BETTER = {
     "fix_latency_p50_s": True,
     "fix_latency_p95_s": True,
 }
-KEYS = ("metric", "below", "above", "of")
+KEYS = ("metric", "below", "above", "of", "lost")
+
+# More vessels than these are not lost at once.
+MOST_LOST = 20
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,8 @@ class Goal:
 
     `of` says which AUV of a mission is judged: its "worst" one, the "mean" of all, or the worst
     that is left of a share of them (0.9: of nine in ten).  What only the mission as a whole has
-    (`area_covered_share`) is judged itself.
+    (`area_covered_share`) is judged itself.  It is to hold where any `lost` of the vessels are
+    lost, from the start on or halfway: missions are flown with each loss, and count by the worst.
 
     Raises:
         ValueError: when there is no such metric, no one limit, or the limit is on the wrong side.
@@ -56,6 +60,7 @@ class Goal:
     below: float | None = None
     above: float | None = None
     of: Of = "worst"
+    lost: int = 0
 
     def __post_init__(self) -> None:
         known = (*OF_AUVS, *OF_MISSIONS)
@@ -79,6 +84,9 @@ class Goal:
             raise ValueError(
                 f"{self.metric}: {better} of it is better; ask for {right} {plain(self.limit)}"
             )
+        if isinstance(self.lost, bool) or not 0 <= self.lost <= MOST_LOST:
+            rule, remedy = f"be 0 to {MOST_LOST} vessels", "leave it out where none is lost"
+            refuse(f"{self.metric}: lost", plain(self.lost), rule, remedy)
         if isinstance(self.of, str):
             if self.of not in ("worst", "mean"):
                 self._refuse_of()
@@ -123,7 +131,18 @@ class Goal:
     def record(self) -> dict[str, Any]:
         """Return the goal as it is written in files: metric, below or above, of."""
         side = "below" if self.is_below else "above"
-        return {"metric": self.metric, side: self.limit, "of": self.of}
+        lost = {"lost": self.lost} if self.lost else {}
+        return {"metric": self.metric, side: self.limit, "of": self.of, **lost}
+
+    @property
+    def name(self) -> str:
+        """The metric, and how many vessels are lost where any are.
+
+        >>> Goal("position_error_m", below=2.0, lost=1).name
+        'position_error_m with any ASV lost'
+        """
+        which = "ASV" if self.lost == 1 else f"{self.lost} ASVs"
+        return f"{self.metric} with any {which} lost" if self.lost else self.metric
 
     def __str__(self) -> str:
         """Return the goal in words.
@@ -137,7 +156,8 @@ class Goal:
             named = {"worst": "the worst AUV", "mean": "all AUVs in the mean"}
             whose = f" of {named.get(of, f'{of} of the AUVs')}"
         bound = "at most" if self.is_below else "at least"
-        return f"{self.metric}{whose} {bound} {plain(self.limit)}"
+        losing = self.name.removeprefix(self.metric)
+        return f"{self.metric}{whose}{losing} {bound} {plain(self.limit)}"
 
 
 def goal_of(written: str, is_below: bool = True, of: Of = "worst") -> Goal:
@@ -197,10 +217,13 @@ def goal_in(written: object, where: str = "goal") -> Goal:
     of = written.get("of", "worst")
     if isinstance(of, bool) or not isinstance(of, str | int | float):
         raise ValueError(f"{where}.of: needs worst, mean or a share; got {described(of)}")
+    lost = written.get("lost", 0)
+    if isinstance(lost, bool) or not isinstance(lost, int):
+        raise ValueError(f"{where}.lost: needs a number of lost vessels; got {described(lost)}")
     limits = {key: None if written.get(key) is None else float(written[key]) for key in KEYS[1:3]}
     below, above = limits["below"], limits["above"]
     try:
-        return Goal(written["metric"], below, above, of)  # type: ignore[arg-type]  # words refused there
+        return Goal(written["metric"], below, above, of, lost)  # type: ignore[arg-type]  # words refused there
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 

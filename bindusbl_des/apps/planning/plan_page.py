@@ -49,6 +49,17 @@ def units(metric: str) -> dict[str, Any]:
     return {"words": words, "unit": "" if unit == "count" else unit, "factor": 1.0}
 
 
+def of_goal(goal: Record) -> dict[str, Any]:
+    """Return words, unit and factor of a goal.
+
+    >>> of_goal({"metric": "hf_coverage", "lost": 1})["words"]
+    'pings in HF range, with any vessel lost'
+    """
+    own, lost = units(goal["metric"]), goal.get("lost") or 0
+    losing = f", with any {'vessel' if lost == 1 else f'{lost} vessels'} lost" if lost else ""
+    return {**own, "words": f"{own['words']}{losing}"}
+
+
 def goal_text(goal: Record) -> str:
     """Return a goal with its units in words: what, of whom, below what.
 
@@ -209,14 +220,14 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     """
     whole = _whole(record, PLAN)
     candidates = whole["candidates"]
-    whole["goal"] = [{**goal, **units(goal["metric"])} for goal in whole["goal"]]
+    whole["goal"] = [{**goal, **of_goal(goal)} for goal in whole["goal"]]
     whole["candidates"] = [_whole(candidate, CANDIDATE) for candidate in candidates]
     for name in ("chosen", "runners_up"):
         if not candidates:
             whole[name] = PLAN[name]
     data = {
         "scenario": record.get("scenario", "SCENARIO.yaml"),
-        "goal": whole["goal"],
+        "goal": _of_whole(whole["goal"]),
         "candidates": list(candidates),
         "chosen": record.get("chosen"),
         "first": shown_first(record),
@@ -225,6 +236,11 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
     sections = (_head, _answer, partial(_chart, inputs), _candidates, _sensitivity, _origin)
     body = "".join(section(whole) for section in sections)
     return assembled(f"{whole['name']}: plan", body, SCRIPTS, data, "", ("plan.css",))
+
+
+def _of_whole(goals: Sequence[Record]) -> list[Record]:
+    """Return the goals of teams that lose no vessel."""
+    return [goal for goal in goals if not goal.get("lost")]
 
 
 def _whole(given: Record, usual: Record) -> dict[str, Any]:
@@ -302,7 +318,7 @@ def _binding(record: Record) -> str:
 
 def _fragile(record: Record) -> str:
     """Return in a list what becomes of the goals if it is not as planned, the worst first."""
-    cases, goals = record["sensitivity"], record["goal"]
+    cases, goals = record["sensitivity"], _of_whole(record["goal"])
     if not cases or not goals:
         return ""
     order, shown = {False: 0, None: 1, True: 2}, goals[0]
@@ -453,7 +469,7 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
 
 def _sensitivity(record: Record) -> str:
     """Return what becomes of the answer when the sea, the drift or the fleet is not as planned."""
-    cases, goals = record["sensitivity"], record["goal"]
+    cases, goals = record["sensitivity"], _of_whole(record["goal"])
     if not cases:
         return ""
     headings = [("if", "")]

@@ -5,7 +5,8 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
 
 * ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
 * ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
-  AUVs), ``"mean"``, or a share of them; ``duration_s`` of a mission; ``confidence``;
+  AUVs), ``"mean"``, or a share of them, and ``lost`` how many vessels, whichever, may be lost (not
+  there where none are; these goals come last); ``duration_s`` of a mission; ``confidence``;
   ``costs``, ``budget_s``, ``budget_missions``,
 * ``missions``: how many were flown; ``settled``: whether the answer has that confidence;
   ``status``: ``complete``, or ``cut`` where a budget was used up before all was flown,
@@ -24,9 +25,9 @@ What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets 
   ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
   predicted to be were that twice as good,
 * ``sensitivity``: ``[{what, told, keys, known, missions, unit, mean, low, high, met, as_planned,
-  difference}]``, the team in worse conditions, `what` in a word, `known` to its filter or not, and
-  `as_planned`, ``{mean, low, high, met}``, in the same missions without them, `met` where they are
-  met then; `difference`, ``{mean, low, high}``, is that of pairs of these missions,
+  difference}]``, the whole team in worse conditions, `what` in a word, `known` to its filter or
+  not, and `as_planned`, ``{mean, low, high, met}``, in the same missions without them, `met` where
+  they are met then; `difference`, ``{mean, low, high}``, is that of pairs of these missions,
 * ``ways``: null, or where the vessels of the team that is drawn go in one mission, if they move:
   ``{seed, asvs: [{asv, places_m}]}``,
 * ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
@@ -108,8 +109,8 @@ class Plan:
 
 
 class HowToPlan(TypedDict, total=False):
-    """How a plan is made: `confidence`, `budget_s` and `budget_missions` as in its file, its
-    `seed`, how many `workers`, whether an earlier plan in the folder gives way (`force`), and
+    """How a plan is made: `confidence`, `budget_s`, `budget_missions` and `survive` as in its file,
+    its `seed`, how many `workers`, whether an earlier plan in the folder gives way (`force`), and
     `quiet`.
     """
 
@@ -117,6 +118,7 @@ class HowToPlan(TypedDict, total=False):
     budget_s: float
     budget_missions: int
     seed: int
+    survive: int
     workers: int | None
     force: bool
     quiet: bool
@@ -145,7 +147,8 @@ def plan(
     It stops when the answer is settled, which is decided by the missions alone; `budget_missions`
     and `budget_s` (seconds of flying) cut it off before, which the record says (`settled`).
 
-    Settings: `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers`
+    Settings: `survive` (0: goals hold where any so many vessels are lost, from the start or
+    halfway), `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers`
     (processes at once, one for each CPU), `force` (False) and `quiet` (True but
     in notebooks).
 
@@ -207,18 +210,24 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         with local_workers(workers) as pool:
 
             def fly(
-                flown: Sequence[Team], seeds: range, name: str
+                flown: Sequence[Team], seeds: range, name: str, losing: bool = False
             ) -> AbstractContextManager[Flights]:
-                points, given = tuple(team.keys for team in flown), question.experiment.given
-                missions = Experiment(question.name, given, points, tuple(seeds))
+                points = [team.keys for team in flown]
+                losses: dict[int, Sequence[int]] = {}
+                for number, team in enumerate(flown if losing else ()):
+                    before = len(points)
+                    points += team.losses()
+                    losses[number] = range(before, len(points))
+                given, asked = question.experiment.given, wanted(goals)
+                missions = Experiment(question.name, given, tuple(points), tuple(seeds))
                 return flights(
-                    missions, folder / name, wanted(goals), pool, budget.note, limit_of(goals)
+                    missions, folder / name, asked, pool, budget.note, limit_of(goals), losses
                 )
 
             teams, left_out = narrowed(proposed(question, budget.begin))
-            budget.begin(f"choosing among {counted(len(teams), 'team')}")
-            with fly(teams, question.seeds(), MISSIONS) as missions:
-                sample = partial(budget.sample, missions)
+            budget.begin(f"choosing among {counted(len(teams), 'team')}{_each_seed(teams)}")
+            with fly(teams, question.seeds(), MISSIONS, losing=True) as missions:
+                sample = partial(budget.sample, missions, goals)
 
                 def note(selection: Selection) -> None:
                     budget.best = best_text(goals, teams, selection)
@@ -239,11 +248,13 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                 if conditions:
                     budget.begin(f"doubting the answer, {cost_of(conditions)}")
                     with fly(teams_of(conditions), question.seeds()[:SEEDS], DOUBTS) as doubtful:
+                        whole = question.whole_goals
+                        planned = partial(budget.sample, missions, whole)
                         rows = doubted(
                             conditions,
-                            goals,
-                            partial(budget.sample, doubtful),
-                            lambda seeds: sample([(number, seed) for seed in seeds]),
+                            whole,
+                            partial(budget.sample, doubtful, whole),
+                            lambda seeds: planned([(number, seed) for seed in seeds]),
                         )
                         flown_in_doubt, failed_in_doubt = len(doubtful), doubtful.failed
     finally:
@@ -261,6 +272,12 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
         failed=missions.failed or failed_in_doubt,
     )
     return _written(outcome, folder)
+
+
+def _each_seed(teams: Sequence[Team]) -> str:
+    """Return how many missions it takes to fly teams with each loss of vessels; "" without any."""
+    most = max((len(team.lost) for team in teams), default=0)
+    return f", each seed in up to {1 + 2 * most} missions" if most else ""
 
 
 def _looked_at(teams: Sequence[Team], goals: Sequence[Goal], selection: Selection) -> int:

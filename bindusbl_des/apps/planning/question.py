@@ -9,6 +9,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from math import comb
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +30,7 @@ from ..campaigns.experiments.experiment_file import (
 )
 from ..campaigns.experiments.experiment_points import is_experiment, is_number, is_plan
 from ..campaigns.experiments.options import Options, PythonArguments
-from .goals import Goal, Of, goal_in, goal_of
+from .goals import MOST_LOST, Goal, Of, goal_in, goal_of
 
 if TYPE_CHECKING:
     from .prediction.inputs import Inputs
@@ -76,6 +77,16 @@ class Question:
     def base(self) -> Scenario:
         """The scenario before anything of it is changed."""
         return self.experiment.base()
+
+    @property
+    def whole_goals(self) -> tuple[Goal, ...]:
+        """The goals of the team of which no vessel is lost."""
+        return tuple(goal for goal in self.goals if not goal.lost)
+
+    @property
+    def lost(self) -> int:
+        """How many vessels, whichever these are, may be lost."""
+        return max(goal.lost for goal in self.goals)
 
     def seeds(self) -> range:
         """Return the seeds of the missions that may be flown."""
@@ -177,12 +188,14 @@ def without_key(error: ValueError) -> str:
 
 KEYS = (
     *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
-    *("cost", "seed"),
+    *("cost", "seed", "survive"),
 )
 # Points that a user may have compared, and their ASVs together: each is proposed for and predicted
 # before any is flown.
 MOST_POINTS = 500
 MOST_ASVS = 5000
+# Losses of vessels that each mission of a team is flown with, from the start on and halfway
+MOST_LOSSES = 100
 
 FORM = "{metric: position_error_p95_m, below: 1}"
 
@@ -192,7 +205,11 @@ NUMBERS = {
     "budget_s": (None, 1.0, 1e7),
     "budget_missions": (None, 1, 10**9),
     "seed": (0, 0, 10**12),
+    "survive": (0, 0, MOST_LOST),
 }
+
+# Numbers of ASVs that are proposed where the user varies nothing of the kind
+COUNTS = range(1, 7)
 
 
 def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
@@ -205,6 +222,8 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
     document, source = _document(given, asking.options.overrides)
     goals, costs = _goals(document, asking), _costs(document)
     numbers = {name: _number(document, name, asking.numbers.get(name)) for name in NUMBERS}
+    survive = numbers.pop("survive")
+    goals = _surviving(document, goals, survive)
     inner = _experiment_document(document)
     allow = asking.allow_plugins
     try:
@@ -222,14 +241,64 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
         )
         _note(document, ("candidates",), problem)
         raise ScenarioError(document.mistakes)
+    listed = isinstance(document.data.get("candidates"), list)
+    lost = max(goal.lost for goal in goals)
+    most = _most_vessels(experiment, listed) if lost else 0
+    asked = asking.numbers.get("survive")
+    place = None if asked is None else FilePlace(f"--survive {asked}")
+    ways, problem = comb(most, lost), ""
+    if 0 < most <= lost:
+        problem = (
+            f"leaves no vessel where {lost} of them are lost: {most} are the most that may be "
+            f"chosen; ask for {most - 1} at most, or vary asvs.count beyond {lost}"
+        )
+    elif ways > MOST_LOSSES:
+        problem = (
+            f"makes {ways:,} losses of {lost} of {most} vessels, each flown with each mission; a "
+            f"plan flies {MOST_LOSSES} at most; ask for fewer, or vary fewer vessels"
+        )
+    if problem:
+        _note(document, ("survive" if survive else "goal",), problem, place)
+        raise ScenarioError(document.mistakes)
     return Question(
         experiment=experiment,
         goals=goals,
         source="" if isinstance(given, Scenario) or asking.options.overrides else _named(document),
-        listed=isinstance(document.data.get("candidates"), list),
+        listed=listed,
         costs=costs,
         **numbers,
     )
+
+
+def counts_of(point: Mapping[str, Any], scenario: Scenario, listed: bool) -> Sequence[int]:
+    """Return the numbers of ASVs that may be chosen at a point, which makes a scenario."""
+    formation = scenario.asvs.formation
+    named = ("asvs.count", "asvs.formation", "asvs.formation.positions_m")
+    is_fixed = any(key in point for key in named) or not (formation.moored or formation.moves)
+    return (scenario.asvs.count,) if listed or is_fixed else COUNTS
+
+
+def _most_vessels(experiment: Experiment, listed: bool) -> int:
+    """Return the most ASVs that may be chosen."""
+    return max(
+        max(counts_of(point, experiment.scenario(number), listed))
+        for number, point in enumerate(experiment.points)
+    )
+
+
+def _surviving(document: Document, goals: tuple[Goal, ...], lost: int) -> tuple[Goal, ...]:
+    """Return the goals of the whole team, and after them those where any so many vessels are lost:
+    the same, and what the file says of such losses.
+    """
+    whole = tuple(goal for goal in goals if not goal.lost)
+    own = tuple(goal for goal in goals if goal.lost)
+    if own and not whole:
+        _note(document, ("goal",), "needs one of the whole team as well, without lost; add it")
+    asked = (*own, *(replace(goal, lost=lost) for goal in whole)) if lost else own
+    if len({goal.lost for goal in asked}) > 1:
+        problem = "needs one number of lost vessels for all goals, also that of survive; keep one"
+        _note(document, ("goal",), problem)
+    return (*whole, *asked)
 
 
 def _named(document: Document) -> str:

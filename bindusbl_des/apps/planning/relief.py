@@ -109,10 +109,14 @@ class Relief(NamedTuple):
 def binding(team: Team) -> list[Relief]:
     """Return what would help a team most, the most first; nothing where it is not predicted.
 
-    The goal that is the farthest from being met, as predicted, is what counts.
+    The goal of the whole team that is the farthest from being met, as predicted, is what counts.
     """
     pairs = zip(team.question.goals, team.values, strict=True)
-    known = [(excess(goal, value), goal, value) for goal, value in pairs if value == value]
+    known = [
+        (excess(goal, value), goal, value)
+        for goal, value in pairs
+        if value == value and not goal.lost
+    ]
     if team.inputs is None or not known:
         return []
     far, goal, now = max(known, key=lambda pair: pair[0])

@@ -10,7 +10,8 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from functools import partial
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -31,10 +32,11 @@ from .placement import free_places
 from .prediction.gathering import inputs_of
 from .prediction.inputs import STATED_ERROR, Inputs
 from .prediction.predicting import Prediction, predict
-from .question import ASV, Question
+from .question import ASV, COUNTS, Question, counts_of
 
 Keys = Mapping[str, Any]
 
+ASVS, RECORD = "asvs", "record"
 COUNT, FORMATION, PLACEMENT = "asvs.count", "asvs.formation", "asvs.formation.model"
 RADIUS, ANGLE = f"{FORMATION}.radius_m", f"{FORMATION}.angle_deg"
 POSITIONS = f"{FORMATION}.positions_m"
@@ -99,9 +101,41 @@ class Team:
         return None if self.inputs is None or self.moves else predict(self.inputs, self.stations)
 
     @cached_property
+    def lost(self) -> list[tuple[int, ...]]:
+        """Which of its ASVs may be lost together, by the question; none where that is none."""
+        number = self.question.lost
+        return list(combinations(range(self.asvs), number)) if 0 < number < self.asvs else []
+
+    def losses(self) -> Iterator[Keys]:
+        """Yield the keys of it with each loss: from the start on, and halfway, judged from then."""
+        halfway = self.scenario.duration_s / 2
+        judged = f"{RECORD}.metrics_from_s"
+        since = {0.0: {}, halfway: {judged: max(halfway, self.scenario.record.metrics_from_s)}}
+        for lost, (at_s, after) in product(self.lost, since.items()):
+            kept = [failure.model_dump(mode="json") for failure in self.scenario.asvs.failures
+                    if failure.asv not in lost]  # fmt: skip
+            failures = [*kept, *({"asv": asv, "at_s": at_s} for asv in lost)]
+            yield {**self.keys, f"{ASVS}.failures": failures, **after}
+
+    @cached_property
     def values(self) -> list[float]:
-        """The goals' values as predicted; nan where a metric is not."""
-        return [value_of(goal, self.prediction) for goal in self.question.goals]
+        """The goals' values as predicted, with vessels lost the worst of each loss from the start
+        on; nan where a metric is not.
+        """
+        return [self._value(goal) for goal in self.question.goals]
+
+    @cached_property
+    def _without(self) -> list[Prediction | None]:
+        """What is predicted of it without each of the vessels that may be lost."""
+        if self.inputs is None or self.moves:
+            return [None] * len(self.lost)
+        rests = (np.delete(self.stations, lost, axis=0) for lost in self.lost)
+        return [predict(self.inputs, rest) for rest in rests]
+
+    def _value(self, goal: Goal) -> float:
+        if not goal.lost or not self.lost:
+            return value_of(goal, self.prediction)
+        return max((value_of(goal, rest) for rest in self._without), key=partial(excess, goal))
 
     @cached_property
     def rank(self) -> float:
@@ -223,12 +257,14 @@ def narrowed(teams: Sequence[Team]) -> tuple[list[Team], list[dict[str, Any]]]:
 
     Left out is what misses a goal even if it is predicted as wrongly as one in a hundred is, and
     what is worse than another of the same cost even if both are.  The best of each cost is flown in
-    any case, and so is what cannot be predicted.
+    any case, and so is what cannot be predicted.  Teams of which no vessel would be left are not.
     """
     by_cost: dict[float, list[Team]] = defaultdict(list)
     for team in teams:
-        by_cost[team.cost].append(team)
+        if team.lost or not team.asvs or not team.question.lost:
+            by_cost[team.cost].append(team)
     flown, hopeless, outdone = list[Team](), 0, 0
+    gone = len(teams) - sum(map(len, by_cost.values()))
     for _, equals in sorted(by_cost.items()):
         best, *others = sorted(equals, key=lambda team: team.rank)
         flown.append(best)
@@ -242,10 +278,11 @@ def narrowed(teams: Sequence[Team]) -> tuple[list[Team], list[dict[str, Any]]]:
             else:
                 flown.append(team)
     worse = "worse than another of the same cost by more than both may be wrong"
-    reasons = {"to miss a goal by more than the prediction may be wrong": hopeless,
-               f"to be {worse}": outdone}  # fmt: skip
+    reasons = {"predicted to miss a goal by more than the prediction may be wrong": hopeless,
+               f"predicted to be {worse}": outdone,
+               "no vessel would be left where so many are lost": gone}  # fmt: skip
     return flown, [
-        {"told": f"{counted(count, 'candidate')}: predicted {why}", "count": count}
+        {"told": f"{counted(count, 'candidate')}: {why}", "count": count}
         for why, count in reasons.items()
         if count
     ]
@@ -302,7 +339,6 @@ def further(tried: Sequence[Team]) -> str:
 
 
 # Proposed where the user varies nothing of the kind.
-COUNTS = range(1, 7)
 SCHEDULES = tuple(name for name, traits in families.SCHEDULE.traits.items() if traits.is_proposed)
 DOWNLINKS = tuple(families.DOWNLINK.traits)
 
@@ -366,9 +402,8 @@ def _about(question: Question, point: Keys, widely: bool) -> Iterator[Team]:
     base = team_of(question, point)
     if base is None:
         return
-    is_fixed = COUNT in point or POSITIONS in point or FORMATION in point
-    is_fixed |= not (base.is_moored or base.scenario.asvs.formation.moves)
-    for count in [{}] if is_fixed else [{COUNT: count} for count in COUNTS]:
+    counts = counts_of(point, base.scenario, question.listed)
+    for count in [{COUNT: count} for count in counts] if len(counts) > 1 else [{}]:
         # positions for another number of ASVs: they have to be placed anew
         team = team_of(question, {**point, **count}) or team_of(
             question, {**point, **count, **unplaced(question)}
