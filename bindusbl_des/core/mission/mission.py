@@ -298,7 +298,7 @@ class Mission:
 
         The estimate includes every fix delivered by now, as in `tracks`.
         """
-        from .world import turned
+        from .world import wrapped
 
         world, now = self._world, np.array([self._time])
         world.network.deliveries.settle(self._last_instant(self._time))
@@ -310,7 +310,7 @@ class Mission:
             states.truth[auv], states.estimate[auv] = found.way.truth[0], found.estimate[0]
             xx, yy, xy = world.navigator.covariance(auv, found.odometry)[0]
             states.covariance[auv] = (xx, xy), (xy, yy)
-        states.truth[:, 3] = turned(states.truth[:, 3])
+        states.truth[:, 3] = wrapped(states.truth[:, 3])
         return states
 
     def gnss_fixes(self, first: int = 0) -> list[GnssFix]:
@@ -336,12 +336,12 @@ class Mission:
     def asvs(self) -> Floats:
         """Return where the ASVs are now: x, y, z (m), z down, yaw (rad, in (-pi, pi]), (n, 4)."""
         from ..vehicles.motion import places
-        from .world import turned
+        from .world import wrapped
 
         fleet = self._world.asv_fleet
         fleet.advance(self._time)
         found = places(fleet.motion, self._time)
-        found[:, 3] = turned(found[:, 3])
+        found[:, 3] = wrapped(found[:, 3])
         return found
 
     def failed_asvs(self) -> tuple[int, ...]:

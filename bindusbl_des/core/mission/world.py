@@ -30,10 +30,10 @@ class Samples(NamedTuple):
     estimate: Floats
 
 
-def turned(yaw: Floats) -> Floats:
+def wrapped(yaw: Floats) -> Floats:
     """Return headings (rad) in (-pi, pi].
 
-    >>> turned(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
+    >>> wrapped(np.array([0.0, np.pi, -np.pi])).round(9).tolist()
     [0.0, 3.141592654, 3.141592654]
     """
     return np.asarray(np.pi - np.mod(np.pi - yaw, 2 * np.pi))

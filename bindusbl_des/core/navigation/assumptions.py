@@ -1,7 +1,7 @@
-"""What navigators are told of AUVs' own sensors, and of what fixes have in common.
+"""What navigators assume of the AUVs' own sensors, and of errors that fixes have in common.
 
-Of a scenario's errors they know how large these may be, and nothing of what was drawn.  Settings of
-filters that weigh tell them something else.
+They know the standard deviations of a scenario's errors, not the values drawn.  Settings of filters
+that weigh fixes override them.
 """
 
 import math
@@ -18,10 +18,10 @@ from ..scenario.shipped_settings import Kalman
 from .belief import STATES, Belief, Growth, first_belief
 from .team import Common, PeerErrors
 
-# Kinds of errors of fixes that each AUV has by itself
+# Errors in fixes that each AUV has alone
 OF_ONE_AUV = ("clock", "slow")
 
-# By this share of its time constant, at most, a bias that turns with the body is carried at a time.
+# Longest step in which a bias that rotates with the body is carried, per its time constant
 SHARE_AT_A_TIME = 1.0 / 16.0
 
 
@@ -32,11 +32,11 @@ class Further(NamedTuple):
     time_constants: tuple[float, ...]
 
 
-NONE = Further((), ())
+NO_STATES = Further((), ())
 
 
 def assumed(setup: Sensors) -> tuple[Belief, Growth]:
-    """Return what navigators believe at first, and how they become less sure."""
+    """Return the first belief of navigators, and its growth."""
     navigation, water = setup.scenario.navigation, setup.scenario.environment
     settings, asvs_ping = settings_of(navigation), setup.scenario.protocol.asvs_ping
     walk = settings.random_walk_m_per_sqrt_s
@@ -51,13 +51,13 @@ def assumed(setup: Sensors) -> tuple[Belief, Growth]:
         wandering=_wandering(setup),
         common=_common(setup),
     )
-    # arrays, which are the first in common, may be turned by what is estimated
+    # misalignments of arrays, the first of the errors in common, may be estimated
     if any(kind.name == "misalignment" for kind in setup.estimated_errors):
         arrays = len(first.state) - len(_common(setup).sds)
         growth = growth._replace(
             aligned=arrays if asvs_ping else 0, misaligned=0 if asvs_ping else arrays
         )
-    if growth.aligned and growth.stretched:  # the compass that turns the way turns the array too
+    if growth.aligned and growth.stretched:  # the compass rotates both path and array
         turn = growth.stretched + 1
         both = first.covariance[turn, turn]
         first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
@@ -72,14 +72,14 @@ def beginning(
     wander: float = 0.0,
     *,
     in_body: bool,
-    skew: Further = NONE,
-    wandering: Further = NONE,
-    common: Further = NONE,
+    skew: Further = NO_STATES,
+    wandering: Further = NO_STATES,
+    common: Further = NO_STATES,
 ) -> tuple[Belief, Growth]:
-    """Return a first belief, by standard deviations of the place (m), of both biases and of the
-    current (m/s), and its growth, by the variances per second of the walk (m2/s) and of the current
-    (m2/s3); with further states that stretch and turn the way, of a bias that wanders, and of what
-    fixes have in common.
+    """Return a first belief, by standard deviations of position (m), both biases and current (m/s),
+    and its growth, by variances per second of the walk (m2/s) and of the current (m2/s3); with
+    further states: scale and rotation (`skew`), a wandering bias, and errors that fixes have in
+    common.
     """
     parts = skew, wandering, common
     sds = [sd for part in parts for sd in part.sds]
@@ -99,8 +99,8 @@ def beginning(
 
 
 def common_to_all(setup: Sensors) -> Common:
-    """Return what of the first belief all AUVs have in common: a velocity bias that is the same for
-    all, a current, and what is wrong with vessels and sound.
+    """Return the part of the first belief that all AUVs have in common: a velocity bias that is the
+    same for all, a current, and the errors of ASVs and sound speed.
     """
     navigation, water = setup.scenario.navigation, setup.scenario.environment
     sensors = setup.own_sensors
@@ -122,9 +122,7 @@ def common_to_all(setup: Sensors) -> Common:
 
 
 def peer_errors(setup: Sensors) -> PeerErrors:
-    """Return the errors that AUVs' measurements of each other contain, as far as the filter is told
-    of them.
-    """
+    """Return the errors in AUVs' measurements of each other that the filter knows of."""
     scenario, taken = setup.scenario, setup.taken.scenario
     peers, untold = scenario.navigation.peers, settings_of(scenario.navigation).untold
     assert peers is not None
@@ -139,7 +137,7 @@ def peer_errors(setup: Sensors) -> PeerErrors:
 
 
 def columns_of(setup: Sensors) -> dict[str, int]:
-    """Return where each kind of error that fixes have in common begins among these."""
+    """Return the index at which each kind of error that fixes have in common begins among these."""
     found, column = dict[str, int](), 0
     for kind in setup.estimated_errors:
         found[kind.name] = column
@@ -148,14 +146,14 @@ def columns_of(setup: Sensors) -> dict[str, int]:
 
 
 def settings_of(navigation: Navigation) -> Kalman:
-    """Return what somebody has told a filter that weighs; nothing for any other."""
+    """Return the settings of a filter that weighs fixes; the defaults for any other."""
     chosen = navigation.filter
     settings: Kalman = read(NAVIGATOR, chosen) if navigation.weighs else Kalman()
     return settings
 
 
 def _start(navigation: Navigation) -> float:
-    """Return the standard deviation (m) per axis of where AUVs start."""
+    """Return the standard deviation (m) per axis of the AUVs' start."""
     settings = settings_of(navigation)
     if settings.initial_position_sd_m is not None:
         return settings.initial_position_sd_m
@@ -176,24 +174,24 @@ def _bias(setup: Sensors) -> tuple[float, float]:
 
 
 def _wandering(setup: Sensors) -> Further:
-    """Return the states of a velocity bias (m/s) that wanders, if it does."""
+    """Return the states of a wandering velocity bias (m/s), if there is one."""
     sensors, settings = setup.own_sensors, settings_of(setup.scenario.navigation)
     sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if sd == 0.0 or lasts is None or "velocity_bias" in settings.untold:
-        return NONE
+        return NO_STATES
     return Further((sd, sd), (lasts, lasts))
 
 
 def _skew(setup: Sensors) -> Further:
-    """Return the states that stretch and turn the way, by a scale factor and a heading error psi.
+    """Return the states of scale and rotation of the path, by a scale factor and heading error psi.
 
-    The heading alone stretches it by psi^2 / 2, of which the root mean square is sqrt(3) / 2 sd^2.
+    The heading error alone scales it by psi^2 / 2, whose RMS is sqrt(3) / 2 sd^2.
     """
     sensors, untold = setup.own_sensors, settings_of(setup.scenario.navigation).untold
     scale = 0.0 if "scale_factor" in untold else sensors.scale_factor_sd
     turned = 0.0 if "heading" in untold else math.radians(sensors.heading_sd_deg)
     if scale == turned == 0.0:
-        return NONE
+        return NO_STATES
     return Further((math.hypot(scale, math.sqrt(0.75) * turned**2), turned), (math.inf, math.inf))
 
 
@@ -206,14 +204,14 @@ def _common(setup: Sensors) -> Further:
 
 
 def _current(navigation: Navigation, water: Environment) -> float:
-    """Return the standard deviation (m/s) per axis of a current that dead reckoning misses."""
+    """Return the standard deviation (m/s) per axis of the current that dead reckoning misses."""
     if navigation.velocity == "over_ground":
         return 0.0
     return math.hypot(water.current_m_per_s, water.current_variation_m_per_s)
 
 
 def _wander(navigation: Navigation, water: Environment) -> float:
-    """Return the variance per second (m2/s3) of that current, Gauss-Markov, in the short term."""
+    """Return the short-term variance per second (m2/s3) of that current, a Gauss-Markov process."""
     if navigation.velocity == "over_ground":
         return 0.0
     return 2 * water.current_variation_m_per_s**2 / water.current_variation_time_s

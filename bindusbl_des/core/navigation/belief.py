@@ -1,21 +1,21 @@
-"""What an AUV believes between fixes: how wrong its dead reckoning is, why, and how sure it is.
+"""Beliefs between fixes: the estimated error of dead reckoning, its causes, and their covariance.
 
 The error e of dead reckoning grows with the velocity bias b and the current c that it does not see:
 
     de/dt = R(yaw) b - c + noise          (b in the body; R is 1 for a bias in the survey frame)
 
-so that a belief about (e, b, c) at one instant is one about any later instant: what b has done is
-the integral of R, which the AUV's own heading gives exactly, so that no filter has to be stepped
-between fixes.  The position believed is dead reckoning less the error believed.
+so that a belief about (e, b, c) at one instant is one about any later instant: the effect of b is
+the integral of R, which the AUV's heading gives exactly, so no filter has to be stepped between
+fixes.  The estimated position is dead reckoning minus the estimated error.
 
-Further states are there where a scenario asks for them; their number is known at run time only:
+Further states exist where a scenario asks for them; their number is known at run time only:
 
-* a stretch and a turn (k, l) of the way that dead reckoning tells of.  With a scale factor s and a
-  heading error psi it tells d = (1 + s) R(psi) p of a way p, so that its error is k d + l J d,
+* a scale k and a rotation l of the path.  With a scale factor s and a heading error psi dead
+  reckoning measures a displacement p as d = (1 + s) R(psi) p, so that its error is k d + l J d,
   where J is a quarter turn, k = 1 - cos(psi) / (1 + s) and l = sin(psi) / (1 + s).  In these it is
   linear;
 * a velocity bias that wanders, a first-order Gauss-Markov process beside the constant b;
-* last, errors that several fixes have in common; they change what fixes say, and nothing else.
+* last, errors that several fixes have in common; they affect fixes, and nothing else.
 
 Source of the equations of a Gauss-Markov process: R. G. Brown, P. Y. C. Hwang, Introduction to
 Random Signals and Applied Kalman Filtering, 4th ed., 2012, sec. 4.2.
@@ -42,17 +42,17 @@ from .dead_reckoning import Reckoned, reckoned
 # States that every belief has: the error (m), velocity bias (m/s) and current (m/s), two each.
 STATES = 6
 
-# The instant (s) that a belief is about, the integrals of cosine and sine of the heading (s) and
-# dead reckoning (m) up to there; fixes that the gate has refused in a row.
+# The instant (s) of a belief, the integrals of cosine and sine of the heading (s) and dead
+# reckoning (m) up to it; the number of fixes that the gate has refused in a row.
 MOMENT = np.dtype(
     [(name, "f8") for name in ("at_s", "cosine_s", "sine_s", "x_m", "y_m")] + [("refused", "i8")]
 )
 
-NONE = np.zeros(0)
+NO_NUMBERS = np.zeros(0)
 
 
 class Belief(NamedTuple):
-    """A belief: what it is about (1,), MOMENT, its k states (k,) and their covariance (k, k)."""
+    """A belief: its instant (1,), MOMENT, its k states (k,) and their covariance (k, k)."""
 
     moment: Annotated[Rows, MOMENT]
     state: Floats
@@ -60,9 +60,7 @@ class Belief(NamedTuple):
 
 
 class Beliefs(NamedTuple):
-    """Many beliefs: what they are about (n,), MOMENT, their states (n, k) and covariances
-    (n, k, k).
-    """
+    """Many beliefs: their instants (n,), MOMENT, states (n, k) and covariances (n, k, k)."""
 
     moments: Annotated[Rows, MOMENT]
     states: Annotated[Floats, 2]
@@ -70,15 +68,15 @@ class Beliefs(NamedTuple):
 
 
 class Growth(NamedTuple):
-    """How beliefs become less sure: variances per second of the error (m2/s) and of the current
-    (m2/s3), and whether biases turn with the body.
+    """How the covariance of beliefs grows: variances per second of the error (m2/s) and of the
+    current (m2/s3), and whether biases rotate with the body.
 
-    `stretched` and `wandering` are the first of two states each that stretch and turn the way, and
-    of a bias that wanders; `aligned` is the misalignment (rad) of an array of the AUV's own, by
-    which all its fixes are turned, `misaligned` the first of those of the ASVs' arrays, each of
-    which turns what it measures alone; 0 if there are none.  Each state after the first six has a
-    standard deviation and a time constant (s); it is a stationary Gauss-Markov process, constant if
-    that is infinite.  A belief is carried by no more than a `step` (s) at a time.
+    Indices, 0 if there are no such states: `stretched` of the scale and rotation of the path,
+    `wandering` of the two states of a wandering bias, `aligned` of the misalignment (rad) of the
+    AUV's own array, which rotates all its fixes, `misaligned` of the first ASV's array, each of
+    which rotates its own measurements.  Each state after the first six has a standard deviation and
+    a time constant (s); it is a stationary Gauss-Markov process, constant if that is infinite.  A
+    belief is carried by at most a `step` (s) at a time.
     """
 
     walk: float
@@ -86,8 +84,8 @@ class Growth(NamedTuple):
     in_body: bool
     stretched: int = 0
     wandering: int = 0
-    sds: Floats = NONE
-    time_constants: Floats = NONE
+    sds: Floats = NO_NUMBERS
+    time_constants: Floats = NO_NUMBERS
     step: float = inf
     aligned: int = 0
     misaligned: int = 0
@@ -96,17 +94,17 @@ class Growth(NamedTuple):
 def first_belief(
     start_sd: float, bias_sd: tuple[float, float], current_sd: float, further: Sequence[float] = ()
 ) -> Belief:
-    """Return what is believed at the start: no error, as sure as the sensors are.
+    """Return the belief at the start: no error, with the covariance of the sensors.
 
     `start_sd` m of position, `bias_sd` m/s along both axes, `current_sd` m/s; then the standard
-    deviations of `further` states, none of which depends on another.
+    deviations of `further` states, independent of each other.
     """
     sd = np.array([start_sd, start_sd, *bias_sd, current_sd, current_sd, *further])
     return Belief(np.zeros(1, dtype=MOMENT), np.zeros(sd.size), np.diag(sd**2))
 
 
 def begun_at(first: Belief, place: tuple[float, float]) -> Belief:
-    """Return what is believed at first of a way that begins where dead reckoning is then (m)."""
+    """Return the first belief of a path that begins where dead reckoning is then (m)."""
     moment = first.moment.copy()
     moment["x_m"], moment["y_m"] = place
     return first._replace(moment=moment)
@@ -122,13 +120,13 @@ def copies(belief: Belief, count: int) -> Beliefs:
 
 @written_out
 def one(many: Beliefs, k: int) -> Belief:
-    """Return one belief of many, in its place."""
+    """Return one belief of many, a view."""
     return Belief(many.moments[k : k + 1], many.states[k], many.covariances[k])
 
 
 @compiled
 def write(belief: Belief, place: Belief) -> None:
-    """Write a belief to the place of another."""
+    """Copy a belief into another."""
     place.moment[0] = belief.moment[0]
     for i in range(belief.state.size):
         place.state[i] = belief.state[i]
@@ -138,7 +136,7 @@ def write(belief: Belief, place: Belief) -> None:
 
 @inlined
 def expected(belief: Belief, growth: Growth) -> ExpectedDrift:
-    """Return what a belief expects of dead reckoning."""
+    """Return the drift of dead reckoning that a belief expects."""
     moment, state = belief.moment[0], belief.state
     stretch = turn = ahead = aside = 0.0
     lasts = inf
@@ -155,10 +153,10 @@ def expected(belief: Belief, growth: Growth) -> ExpectedDrift:
 
 @compiled
 def carry(belief: Belief, dr: DeadReckoned, growth: Growth, at: int = 0) -> ReckonedPath:
-    """Carry a belief, in its place, to another instant; to an earlier one it gets no surer.
+    """Carry a belief, in place, to another instant; carried back, its covariance does not shrink.
 
-    Its covariance may be of several AUVs, its states are those from number `at` on.  Return what
-    has summed up on the way there.
+    Its states begin `at` an index of the covariance, which may be of several AUVs.  Return the path
+    in between.
     """
     drift = expected(belief, growth)
     way = way_since(drift, dr, growth.in_body)
@@ -175,14 +173,14 @@ def carry(belief: Belief, dr: DeadReckoned, growth: Growth, at: int = 0) -> Reck
 
 @inlined
 def kept(passed: float, lasts: float) -> float:
-    """Return the share of a Gauss-Markov process that lasts so long (s) which is left meanwhile."""
+    """Return the share of a Gauss-Markov process with a time constant (s) left after a time (s)."""
     return 1.0 if lasts == inf else exp(-max(passed, 0.0) / lasts)
 
 
 @compiled
 def move(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None:
-    """Have F P F^T in the place of a covariance P, of several AUVs maybe, where F moves the one
-    whose states begin with number `at`.
+    """Replace a covariance P, of several AUVs maybe, by F P F^T, where F moves the AUV whose states
+    begin `at` an index.
     """
     passed, ahead, aside = way.passed, way.ahead, way.aside
     for k in range(len(spread)):  # F P ...
@@ -201,7 +199,7 @@ def move(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None
 
 @compiled
 def grow(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None:
-    """Add what noise has done meanwhile to the states that begin with number `at`."""
+    """Add the process noise of a path to the states that begin `at` an index."""
     grown = max(way.passed, 0.0)
     for axis in range(at, at + 2):
         wander(spread, axis, axis + 4, grown, growth.walk, growth.wander, -1.0)
@@ -219,8 +217,8 @@ def grow(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None
 def wander(
     spread: Floats, i: int, k: int, passed: float, walk: float, rate: float, sign: float
 ) -> None:
-    """Add what random walks have done meanwhile (s) to a place, state i, and to a velocity, state
-    k, which moves it by a `sign`: `walk` and `rate` are variances per second.
+    """Add the noise of random walks over a time (s) to a position, state i, and to a velocity,
+    state k, which moves it with a `sign`: `walk` and `rate` are variances per second.
     """
     spread[i, i] += walk * passed + rate * passed**3 / 3.0
     spread[i, k] += sign * rate * passed**2 / 2.0
@@ -230,7 +228,7 @@ def wander(
 
 @inlined
 def _carried(spread: Floats, k: int, way: ReckonedPath, at: int) -> tuple[float, float]:
-    """Return how both errors, from state `at` on, go with a state k after some way, F P."""
+    """Return the covariances of both errors, states `at` on, with a state k after a path, F P."""
     passed, ahead, aside = way.passed, way.ahead, way.aside
     forward, starboard = spread[at + 2, k], spread[at + 3, k]
     x = ahead * forward - aside * starboard - passed * spread[at + 4, k]
@@ -240,8 +238,8 @@ def _carried(spread: Floats, k: int, way: ReckonedPath, at: int) -> tuple[float,
 
 @inlined
 def error_spread(p: Floats, way: ReckonedPath, growth: Growth) -> tuple[float, float, float]:
-    """Return xx, yy, xy (m2) of the error's covariance after some way, as :func:`carry` does with
-    that of a belief (k, k), where nothing stretches the way and no bias wanders.
+    """Return xx, yy, xy (m2) of the error's covariance after a path, as :func:`carry` does with a
+    belief (k, k) without scale, rotation and wandering bias.
     """
     passed, ahead, aside = way.passed, way.ahead, way.aside
     x0, _ = _carried(p, 0, way, 0)
@@ -259,8 +257,8 @@ def error_spread(p: Floats, way: ReckonedPath, growth: Growth) -> tuple[float, f
 
 @compiled
 def between(belief: Belief, dr: DeadReckoned, before: DeadReckoned, growth: Growth) -> float:
-    """Return the variance (m2), along any direction, of the way that is believed to lie between two
-    instants near to each other: that of the walk, of velocities, and of a stretch and turn.
+    """Return the variance (m2), along any direction, of the estimated displacement between two
+    instants near to each other: by the walk, velocities, scale and rotation.
     """
     passed, spread = dr.time - before.time, belief.covariance
     speed = spread[2, 2] + spread[3, 3] + spread[4, 4] + spread[5, 5]
@@ -277,14 +275,14 @@ def between(belief: Belief, dr: DeadReckoned, before: DeadReckoned, growth: Grow
 
 @compiled
 def turn_about(spread: Floats, angle: float, at: int = 0) -> None:
-    """Have in the place of a covariance that of a belief whose place has gone round an array by an
-    angle (rad).
+    """Rotate the covariance by the angle (rad) that the estimate moved around the array, since a
+    fix's uncertainty ellipse is tied to the line of sight.
 
-    A range is known better than a direction, so that a place is unsure along a circle about the
-    array.  Once it is corrected along that it is unsure along another tangent.  Left as it was, the
-    next range would tell of the place aside, of which ranges tell nothing: a place that is unsure
-    by 6 m at 500 m would be known to 2 m by two pings.  In polar coordinates about the array, where
-    the covariance stays what it is, this is the same (the effect: see :func:`turn_with`).
+    A range is more precise than a direction, so a position is uncertain along a circle about the
+    array.  Without the rotation later ranges would shrink the tangential uncertainty, which they do
+    not measure: 6 m at 500 m would become 2 m after two pings.  In polar coordinates about the
+    array, where the covariance stays constant, this is the same (the effect: see
+    :func:`turn_with`).
     """
     c, s = cos(angle), sin(angle)
     for i in range(len(spread)):
@@ -297,17 +295,17 @@ def turn_about(spread: Floats, angle: float, at: int = 0) -> None:
 
 @compiled
 def turn_with(spread: Floats, k: int, x: float, y: float, at: int = 0) -> None:
-    """Have in the place of a covariance that of a belief whose place was corrected by x, y (m).
+    """Update a covariance after its position was corrected by x, y (m): state k, a misalignment,
+    has rotated the position by as much as the estimate moved.
 
-    An array that is turned by c in the AUV that carries it turns all that this believes of its
-    place, about any ASV alike; that of an ASV which alone makes a fix turns this about itself: no
-    such fix tells of that turn by itself. What is believed of it is about the place before the
-    correction. Left so, each correction would look like news of c, and the filter would grow sure
-    of it by its own noise alone. So the error goes with c as far as the place believed now is
-    turned by it. Source: A. Barrau, S. Bonnabel, The Invariant Extended Kalman Filter as a Stable
-    Observer, IEEE Trans. Automatic Control 62(4), 2017; the effect: G. P. Huang, A. I. Mourikis, S.
-    I. Roumeliotis, Observability-based Rules for Designing Consistent EKF SLAM Estimators, Int. J.
-    Robotics Research 29(5), 2010.
+    An AUV's own array with a misalignment c rotates all positions that the AUV estimates, about any
+    ASV alike; the array of an ASV that alone makes a fix rotates the position about that ASV: no
+    such fix measures c by itself.  But the covariance of position and c refers to the position
+    before the correction.  Left so, each correction would seem to measure c, and the filter would
+    become overconfident of c by its own noise.  Source: A. Barrau, S. Bonnabel, The Invariant
+    Extended Kalman Filter as a Stable Observer, IEEE Trans.  Automatic Control 62(4), 2017; the
+    effect: G. P. Huang, A. I. Mourikis, S. I. Roumeliotis, Observability-based Rules for Designing
+    Consistent EKF SLAM Estimators, Int.  J. Robotics Research 29(5), 2010.
     """
     for i in range(len(spread)):
         spread[at, i] -= y * spread[k, i]
@@ -319,10 +317,10 @@ def turn_with(spread: Floats, k: int, x: float, y: float, at: int = 0) -> None:
 
 @inlined
 def on_circle(spread: Floats, k: int) -> tuple[float, float, float]:
-    """Return xx, yy, xy (m2) of the place's covariance, of that of all states.
+    """Return xx, yy, xy (m2) of the position's covariance from that of all states.
 
-    What goes with the misalignment c of the AUV's own array, its state k if that is not 0, turns
-    the place on a circle, which leaves its tangent by r c^2 / 2, where r c is how far that goes.
+    The misalignment c of the AUV's own array, state k if not 0, moves the position along a circle,
+    which leaves its tangent by r c^2 / 2, where r c is the distance moved.
     """
     xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
     if k > 0:  # E c^4 / 4 = 3 var(c)^2 / 4
@@ -333,8 +331,8 @@ def on_circle(spread: Floats, k: int) -> tuple[float, float, float]:
 
 @compiled
 def spread_by(spread: Floats, k: int, ahead: float, aside: float, at: int = 0) -> None:
-    """Let the states k and k + 1 change the error, which begins `at` a state, by R times them; they
-    stay what they are.
+    """Let the states k and k + 1 add R times themselves to the error, which begins `at` an index;
+    they stay the same.
     """
     for i in range(spread.shape[0]):
         spread[at, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
@@ -346,7 +344,7 @@ def spread_by(spread: Floats, k: int, ahead: float, aside: float, at: int = 0) -
 
 @compiled
 def fade(spread: Floats, k: int, left: float, variance: float) -> None:
-    """Let a state k fall to a share that is `left` of it; it gains so much of a standing
+    """Shrink a state k to the share `left` of it; add the process noise of a stationary
     `variance`.
     """
     if left == 1.0:
@@ -363,15 +361,15 @@ def roam(
     spread: Floats, k: int, line: tuple[float, float], passed: float, lasts: float,
     variance: float, at: int = 0,
 ) -> None:  # fmt: skip
-    """Add what the noise of a bias that wanders, states k and k + 1, has done meanwhile (s) to the
-    error, which begins `at` a state.
+    """Add the noise of a wandering bias, states k and k + 1, over a time (s) to the error, which
+    begins `at` an index.
 
-    `line` are means of cosine and sine of the heading, which is taken for constant.
+    `line` are the means of cosine and sine of the heading, which is taken as constant.
     """
     (cosine, sine), share = line, passed / lasts
     gone = -expm1(-share)
     beside = variance * lasts * gone**2
-    # what is left of that difference where both are nearly equal
+    # the first term of the series where the difference would be lost in rounding
     own = 2.0 * (share - gone) - gone**2 if share > 1e-3 else 2.0 * share**3 / 3.0
     for axis in range(2):
         spread[at + axis, at + axis] += variance * lasts**2 * own * (cosine**2 + sine**2)
@@ -385,9 +383,9 @@ def roam(
 
 @inlined
 def next_stop(belief: Belief, growth: Growth) -> float:
-    """Return the first of the instants k `growth.step` (s) after that which a belief is about.
+    """Return the first multiple of `growth.step` (s) after the instant of a belief.
 
-    Which these are depends on nothing else, so that a belief is the same whoever asks, and when.
+    Stops depend on nothing else, so that a belief is the same whenever it is asked for.
     """
     at: float = belief.moment[0].at_s
     number = floor(at / growth.step) + 1.0
@@ -396,7 +394,7 @@ def next_stop(belief: Belief, growth: Growth) -> float:
 
 @compiled
 def step_on(belief: Belief, auv: int, time: float, growth: Growth, reckoning: Reckoned) -> float:
-    """Carry a belief, in its place, to the last stop before a time (s); return the next one."""
+    """Carry a belief, in place, to the last stop before a time (s); return the next stop."""
     stop = next_stop(belief, growth)
     while stop < time:
         carry(belief, reckoned(auv, stop, reckoning), growth)

@@ -1,5 +1,5 @@
-"""How fixes correct what AUVs believe, each in its place among those before and after it, and what
-navigators remember for that.
+"""Corrections of beliefs by fixes, each at its instant among earlier and later ones, and the memory
+of navigators that this needs.
 """
 
 from math import hypot, isnan, nan
@@ -36,16 +36,16 @@ from .fix_update import WEIGHED, Expected, Rule, Said, at_place, said_of, take
 from .range_rates import Rates, rate_sights, take_rates
 from .turning import EXACT, PingBelief, turned
 
-# Fixes that a late one may be earlier than, and still be put in its place.
+# Number of fixes that an AUV stores: a late fix is inserted among these.
 REMEMBERED = 16
 
-# One of them: its row, and the row of what was believed before it
+# One of them: its row, and the row of the belief before it
 PAST = np.dtype([("fix", "i8"), ("before", "i8")])
 
 
 class Memory(NamedTuple):
-    """What each of n AUVs remembers: its latest belief, and its last `known` (n,) fixes, `past`
-    (n, REMEMBERED), PAST, in the order in which they are taken in, with what was believed `before`.
+    """What each of n AUVs stores: its latest belief, and its last `known` (n,) fixes, `past` (n,
+    REMEMBERED), PAST, in the order in which they were applied, with the beliefs `before` them.
     """
 
     latest: Beliefs
@@ -55,7 +55,7 @@ class Memory(NamedTuple):
 
 
 def memory_of(first: Belief, start: Beliefs) -> Memory:
-    """Return what AUVs remember at the start."""
+    """Return the memory of AUVs at the start."""
     count = len(start.moments)
     past = np.zeros((count, REMEMBERED), dtype=PAST)
     past["before"] = np.arange(past.size).reshape(past.shape)
@@ -64,8 +64,8 @@ def memory_of(first: Belief, start: Beliefs) -> Memory:
 
 
 class FilterHistory(NamedTuple):
-    """Beliefs in the order in which they came about: by which AUV (n,), since when (n,), s, and
-    what was believed.
+    """Beliefs in the order in which they arose: of which AUV (n,), since when (n,), s, and the
+    beliefs.
     """
 
     whose: Ints
@@ -74,9 +74,9 @@ class FilterHistory(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room to work things out: two beliefs of k states, at one instant and further `ahead`; a gain
-    K^T (2, k), and the slopes H (2, k) by which a fix goes with the states; what the last m add to
-    it, `common` (2, m).  `alone` (2, 4 m + 2) are zeros: what a fix by GNSS contains of these.
+    """Scratch arrays: two beliefs of k states, at one instant and further `ahead`; a gain K^T (2,
+    k), and the slopes H (2, k) of a fix; its Jacobian by the last m states, `common` (2, m).
+    `alone` (2, 4 m + 2) are zeros: the Jacobians of a GNSS fix.
     """
 
     belief: Belief
@@ -88,7 +88,7 @@ class Scratch(NamedTuple):
 
 
 def scratch_for(first: Belief, common: int) -> Scratch:
-    """Return room for beliefs of as many states as the first, so many of them in common."""
+    """Return scratch for beliefs with as many states as the first, `common` of them in common."""
     belief, ahead = [
         Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
     ]
@@ -97,11 +97,10 @@ def scratch_for(first: Belief, common: int) -> Scratch:
 
 
 class Known(NamedTuple):
-    """What the navigators of n AUVs know: how fixes change beliefs, how these become less sure,
-    dead reckoning, what is remembered, what has been believed since when, and the receptions that
-    fixes are made of, and fixes by GNSS.  For autopilots,
-    what to add to dead reckoning, `corrections` (n, 2), m, and which bias and current go on
-    carrying it off since when, `learnt` (n,), :data:`LEARNT`.
+    """What the navigators of n AUVs work with: the rule by which fixes change beliefs, the growth
+    of covariances, dead reckoning, the memory, the history of beliefs, scratch, the receptions of
+    fixes, and GNSS fixes.  For autopilots, the corrections of dead reckoning, `corrections` (n, 2),
+    m, and the bias and current that go on since then, `learnt` (n,), :data:`LEARNT`.
     """
 
     rule: Rule
@@ -121,14 +120,14 @@ def correct(
     packed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None,
     rates: Rates | None,
 ) -> None:  # fmt: skip
-    """Take in the fixes `due`, by their numbers (:func:`fix_numbered`); note what is believed
-    then in the rows from `count` on of what has been held, and for autopilots.  `packed` is the
-    address of a :class:`.correcting.Known`.
+    """Apply the fixes `due`, by their numbers (:func:`fix_numbered`); store the new beliefs in the
+    rows from `count` on of the history, and for autopilots.  `packed` is the address of a
+    :class:`.correcting.Known`.
 
-    Each fix contains of the m last states, errors that fixes have in common, beside the true
-    position `common` (n or more, 2, 4 m + 2), as of :class:`..records.rows.Jacobians`; its noise is
-    what is `left` of its covariance without them, xx, yy, xy (n or more, 3), m2.  None: there are
-    none.  Range rates that err by `rates` are taken in as well, if not None.
+    The last m states are errors that fixes have in common.  `common` (n or more, 2, 4 m + 2) are
+    the Jacobians of fixes by them, as of :class:`..records.rows.Jacobians`; `left` (n or more, 3),
+    m2, is xx, yy, xy of the remaining covariance.  None: there are none.  Range rates with the
+    errors `rates` are applied as well, if not None.
     """
     by = unpacked(packed, Known)
     for number in range(due.size):
@@ -145,8 +144,8 @@ def correct(
 
 @compiled
 def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
-    """Note what an AUV believes from an instant (s) on, in a row of all that has been held and for
-    its autopilot.
+    """Store an AUV's belief from an instant (s) on in a row of the history, and for its
+    autopilot.
     """
     by = unpacked(packed, Known)
     whose, since, beliefs = by.held
@@ -158,7 +157,7 @@ def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
 
 @compiled
 def error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
-    """Return the error (m) that a belief expects at an instant."""
+    """Return the error (m) of dead reckoning that a belief expects at an instant."""
     by = unpacked(packed, Known)
     if next_stop(belief, by.growth) < dr.time:
         write(belief, by.scratch.belief)
@@ -173,9 +172,9 @@ def _take_in(
     fixes: Rows, common: Floats | None, left: Floats | None, row: int, packed: int,
     rates: Rates | None,
 ) -> bool:  # fmt: skip
-    """Put a fix in its place among those of its AUV, and weigh anew those that come after it.
+    """Insert a fix among those of its AUV, and apply it and those after it.
 
-    Note its innovation and normalised square; tell whether the gate let it pass.
+    Write its innovation and NIS; return whether the gate let it pass.
     """
     by = unpacked(packed, Known)
     own, memory, growth = fix_numbered(fixes, by.gnss, row), by.memory, by.growth
@@ -218,8 +217,8 @@ def _take_in(
 
 @compiled
 def _off(said: Said, dr: DeadReckoned, belief: Belief, room: Scratch) -> tuple[float, float]:
-    """Return how far (m) the error of dead reckoning is from the one believed by what a fix says,
-    with what the last states add to it; write by which slopes it goes with the states.
+    """Return the innovation (m) of a fix, as an error of dead reckoning, with the effect of the
+    last states; write its slopes H.
     """
     state, common, slopes = belief.state, room.common, room.slopes
     begin = state.size - common.shape[1]
@@ -228,14 +227,14 @@ def _off(said: Said, dr: DeadReckoned, belief: Belief, room: Scratch) -> tuple[f
         x -= common[0, k] * state[begin + k]
         y -= common[1, k] * state[begin + k]
         slopes[0, begin + k], slopes[1, begin + k] = -common[0, k], -common[1, k]
-    # a fix ahead of the estimate says that dead reckoning is less far ahead than believed
+    # a fix ahead of the estimate means a smaller error of dead reckoning along that axis
     return -x, -y
 
 
 class TeamBelief(NamedTuple):
-    """What is believed of n AUVs, its `members` (n,), with k states each and m further ones that
-    stay what they are: about n instants that are the same, n k + m states and their covariance;
-    and the part of that which others may have as well, or 0 x 0: nobody is asked.
+    """A belief about n AUVs, its `members` (n,), with k states each and m further constant ones: n
+    equal instants, n k + m states and their covariance; and the part of the covariance that other
+    AUVs may have as well, 0 x 0 where that is not tracked.
     """
 
     members: Ints
@@ -245,8 +244,8 @@ class TeamBelief(NamedTuple):
 
 @compiled
 def carry_team(packed: int, team: TeamBelief, time: float, alike: Growth) -> None:
-    """Carry a belief about several AUVs, in its place, to a later instant (s); `alike` is how all
-    become less sure by noise that they have in common.
+    """Carry a belief about several AUVs, in place, to a later instant (s); `alike` is the growth by
+    noise that all have in common.
     """
     by, belief, shared = unpacked(packed, Known), team.belief, team.shared
     spread, size = belief.covariance, by.scratch.belief.state.size
@@ -273,7 +272,7 @@ def carry_team(packed: int, team: TeamBelief, time: float, alike: Growth) -> Non
 def take_fix(
     packed: int, fixes: Rows, noise: Floats, jacobians: Floats, team: TeamBelief, a: int
 ) -> tuple[float, float, bool]:
-    """Correct a belief about several AUVs at the instant of a fix (1,) of the a-th of them, in its
+    """Correct a belief about several AUVs at the instant of a fix (1,) of the a-th of them, in
     place; the fix has a noise xx, yy, xy (3,), m2, and `jacobians` (2, 4 m + 2).
 
     Return as of :func:`.fix_update.take`, the length of the innovation (m) first.
@@ -299,8 +298,8 @@ def take_fix(
 
 @compiled
 def turn_on(packed: int, fixes: Rows, belief: Belief, was: Floats, now: Floats) -> None:
-    """Turn what is believed at the instant of a fix (1,), if its error (2,), m, `was` another than
-    it is `now`.
+    """Rotate a belief at the instant of a fix (1,) whose error (2,), m, was corrected from `was` to
+    `now`.
     """
     by, fix = unpacked(packed, Known), fixes[0]
     dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
@@ -312,8 +311,8 @@ def _turn(
     fix: Row, spread: Floats, dr: DeadReckoned, was: tuple[float, float],
     now: tuple[float, float], packed: int, at: int = 0,
 ) -> None:  # fmt: skip
-    """Turn what is believed at the instant of a fix, the covariance `spread` of all states, with
-    the place: its error (m), which begins `at` a state, `was` another than it is `now`.
+    """Rotate the covariance `spread` of all states at the instant of a fix with the position: its
+    error (m), states `at` and after, was corrected from `was` to `now`.
     """
     by = unpacked(packed, Known)
     growth, angle, whose = by.growth, 0.0, by.growth.aligned
@@ -334,8 +333,8 @@ def _turn(
 
 @compiled
 def _only_hearer(fix: Row, receptions: Rows) -> int:
-    """Return the reception of which alone a fix is made; NONE: there are several, or it is none, or
-    nobody knows where it was.
+    """Return the only reception of a fix that was heard; NONE if there are several or none, or its
+    measurement is not known.
     """
     only = NONE
     if fix.first != NONE:
@@ -351,8 +350,8 @@ def _only_hearer(fix: Row, receptions: Rows) -> int:
 def _expanded(
     fix: Row, said: Said, jacobians: Floats, belief: Belief, dr: DeadReckoned, packed: int
 ) -> Said:
-    """Return what a fix says to an AUV that believes in something of its instant; note what it has
-    been taken for, and write to the desk what the last states add to it, by its `jacobians`.
+    """Return a fix expanded about an AUV's belief of its instant; write it to the fix's row, and to
+    scratch its Jacobian by the last states, from its `jacobians`.
     """
     by, at, polar, unsure = unpacked(packed, Known), (fix.x_m, fix.y_m), False, 0.0
     common, has_common = by.scratch.common, by.scratch.common.shape[1] > 0
@@ -376,12 +375,12 @@ def expand(
     packed: int, fixes: Rows, noise: Floats, jacobians: Floats, states: Floats, spreads: Floats,
     said: Floats, common: Floats,
 ) -> None:  # fmt: skip
-    """Write what fixes (n,) say to AUVs that believe in states (n, k), covariances (n, k, k), of
-    their instants: `said` (n, 5), position and xx, yy, xy of its noise, and what the m last states
-    add to it, `common` (n, 2, m).
+    """Write fixes (n,) expanded about beliefs of their instants, with states (n, k) and covariances
+    (n, k, k): `said` (n, 5), position and xx, yy, xy of the noise, and their Jacobians by the m
+    last states, `common` (n, 2, m).
 
-    `packed` is the address of a :class:`Known`; without that, fixes have a `noise` xx, yy, xy
-    (n, 3), m2, and `jacobians` (n, 2, 4 m + 2) as of :class:`..records.rows.Jacobians`.
+    `packed` is the address of a :class:`Known`; unexpanded, fixes have a `noise` xx, yy, xy (n, 3),
+    m2, and `jacobians` (n, 2, 4 m + 2) as of :class:`..records.rows.Jacobians`.
     """
     by = unpacked(packed, Known)
     belief = by.scratch.belief
@@ -398,7 +397,7 @@ def expand(
 
 @compiled
 def _believe(belief: Belief, dr: DeadReckoned, state: Floats, spread: Floats) -> None:
-    """Have in the place of a belief one about an instant of dead reckoning."""
+    """Write a belief about an instant of dead reckoning."""
     moment = belief.moment[0]
     moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
     moment.x_m, moment.y_m = dr.x, dr.y
@@ -410,10 +409,10 @@ def expand_rates(
     packed: int, fixes: Rows, since: Floats, owners: Ints, lines: Ints, states: Floats,
     spreads: Floats, rates: Rates, rows: Floats, values: Floats, variances: Floats,
 ) -> None:  # fmt: skip
-    """Write what range rates say, each of the fix `owners` (m,) and of the reception `lines` (m,),
-    those of a fix one after the other, to AUVs that believe in states (n, k), covariances (n, k, k)
-    of the instants of fixes (n,), before each of which another held `since` (n,), s: as of
-    :func:`.range_rates.rate_sights`.  `packed` is the address of a :class:`Known`.
+    """Write range rates as sights, each of the fix `owners` (m,) and of the reception `lines` (m,),
+    fix by fix, about beliefs of the instants of fixes (n,), with states (n, k) and covariances (n,
+    k, k); before each fix another held `since` (n,), s: as of :func:`.range_rates.rate_sights`.
+    `packed` is the address of a :class:`Known`.
     """
     by, begin = unpacked(packed, Known), 0
     belief = by.scratch.belief
@@ -435,8 +434,8 @@ def expand_rates(
 def _believed(
     receptions: Rows, auv: int, dr: DeadReckoned, belief: Belief, unsure: float, packed: int
 ) -> PingBelief:
-    """Return where an AUV believes to have been as it pinged, and as it heard what it answers;
-    `unsure` (m2) as of :func:`.fix_update.at_place`.
+    """Return the estimated positions of an AUV as it pinged and as it heard the call that it
+    answers; `unsure` (m2) as of :func:`.fix_update.at_place`.
     """
     by, spread = unpacked(packed, Known), belief.covariance
     depth = where(by.reckoning.motion, auv, dr.time)[2]  # as its pressure sensor has it
@@ -455,9 +454,8 @@ def _believed(
 
 @compiled
 def _moved(fix: Said, jacobians: Floats, own: PingBelief) -> Said:
-    """Return what a fix says without what it takes for noise: how far its AUV has moved, as this
-    believes itself, since it heard the call that it answers.  `jacobians` as of
-    :class:`..records.rows.Jacobians`.
+    """Return a fix whose noise for the AUV's motion between call and answer is replaced by the
+    AUV's own estimate of that motion.  `jacobians` as of :class:`..records.rows.Jacobians`.
     """
     count = jacobians.shape[1] - 2
     x, y = own.called[0] - own.place[0], own.called[1] - own.place[1]
@@ -470,7 +468,7 @@ def _moved(fix: Said, jacobians: Floats, own: PingBelief) -> Said:
 
 @compiled
 def _by_itself(fix: Row, left: Floats | None, row: int) -> Said:
-    """Return what a fix says to somebody who believes in no place."""
+    """Return a fix as it is in its table, not expanded about a belief."""
     if left is not None and row >= 0:
         return Said(fix.x_m, fix.y_m, (left[row, 0], left[row, 1], left[row, 2]))
     return Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2))
@@ -478,7 +476,7 @@ def _by_itself(fix: Row, left: Floats | None, row: int) -> Said:
 
 @compiled
 def _note(fix: Row, said: Said, polar: bool) -> None:
-    """Note what a fix has been taken for."""
+    """Write the expanded fix to the fix's row."""
     fix.said_polar = int(polar)
     fix.said_x_m, fix.said_y_m = said.x, said.y
     fix.said_xx_m2, fix.said_yy_m2, fix.said_xy_m2 = said.noise
@@ -493,8 +491,8 @@ def _without(
     dr: DeadReckoned,
     common: Floats,
 ) -> Said:
-    """Return what a fix `at` a place (m) says to an AUV that believes in a position already,
-    without errors that fixes have in common; write what these add to it to `common` (2, m).
+    """Return a fix `at` a position (m) relative to a belief, without the errors that fixes have in
+    common; write its Jacobian by these to `common` (2, m).
     """
     state, spread, count = belief.state, belief.covariance, common.shape[1]
     begin = state.size - count
@@ -511,10 +509,10 @@ def _without(
 def _place(
     fixes: Rows, gnss: Rows, row: int, past: Rows, known: int, by_ping: bool
 ) -> tuple[int, int]:
-    """Put a fix in its place among those of an AUV; return that, and how many there are then.
+    """Insert a fix among those of an AUV; return its index, and how many there are then.
 
-    That is the last one, or `by_ping` where its ping belongs; a fix older than all remembered comes
-    too late for any place.
+    That is the last one, or `by_ping` where its ping belongs; a fix older than all stored is too
+    late, and left out.
     """
     was_full = known == REMEMBERED
     if was_full:

@@ -1,6 +1,6 @@
-"""What AUVs know by dead reckoning, and the random walk of its error.
+"""The AUVs' dead reckoning, and the random walk of its error.
 
-How wrong it is for each AUV is drawn in `mission.sensor_errors`.
+The errors of each AUV are drawn in `mission.sensor_errors`.
 """
 
 import math
@@ -19,9 +19,9 @@ from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow
 def random_walk(rate: float, sd: float, noise: Floats) -> Floats:
     """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, in the place of `noise`.
 
-    `noise` (n, k + 1, 2) are standard normal numbers but for the first row of each walk, which is
-    where it begins (m).  The variance is sd^2 t per axis whatever the path, so walks are drawn in
-    the survey frame, and do not depend on what else happens.
+    `noise` (n, k + 1, 2) are standard normal numbers, but the first row of each walk is where it
+    begins (m).  The variance is sd^2 t per axis whatever the path, so walks are drawn in the survey
+    frame, and do not depend on anything else.
     """
     _sum_up(noise, sd / math.sqrt(rate))
     return noise
@@ -38,17 +38,17 @@ def _sum_up(walks: Floats, step: float) -> None:
 
 
 class Reckoned(NamedTuple):
-    """What a fleet's dead reckoning is made of: its motion, and how wrong it is."""
+    """A fleet's dead reckoning: its motion, and the errors of its sensors."""
 
     motion: Motion
     wrong: Wrong
 
 
 class Odometry(NamedTuple):
-    """What an AUV's own sensors have told it by n instants (n,), s.
+    """What an AUV's own sensors have measured by n instants (n,), s.
 
-    Its dead reckoning (n, 2), m, and the integrals of the cosine and sine of its heading by compass
-    from the start of the mission (n, 2), s.
+    `position` (n, 2), m, is its dead reckoning, `headings` (n, 2), s, the integrals of the cosine
+    and sine of its compass heading from the start of the mission.
     """
 
     times: Floats
@@ -58,7 +58,7 @@ class Odometry(NamedTuple):
 
 @inlined
 def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
-    """Return what an odometry tells at its n-th instant."""
+    """Return the dead reckoning at the n-th instant of an odometry."""
     position, headings = odometry.position, odometry.headings
     return DeadReckoned(
         odometry.times[n], position[n, 0], position[n, 1], headings[n, 0], headings[n, 1]
@@ -66,39 +66,39 @@ def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
 
 
 class DeadReckoning:
-    """What AUVs know of their way by themselves: their motion, told wrongly."""
+    """The dead reckoning of a fleet: its motion as measured with the sensors' errors."""
 
     def __init__(self, motion: Motion, wrong: Wrong) -> None:
-        """Take the true motion of n AUVs, and what makes their dead reckoning wrong.
+        """Take the true motion of n AUVs, and the errors of their dead reckoning.
 
-        The walks hold at the samples of the IMUs, which keep their velocity between them; two
+        Walks hold at the samples of the IMUs, which keep their velocity between them; there are two
         samples or more.
         """
         wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
-        #: What compiled equations take it for.
+        #: The same for compiled equations.
         self.known = Reckoned(motion, wrong)
         self._packed = Packed(self.known)
 
     def follow(self, time: float) -> None:
-        """Sum up what biases that wander have done by an instant (s), when the motion is known."""
+        """Sum up the effect of wandering biases up to an instant (s), by which motion is known."""
         end = min(int(time / self._held_s) + 1, self._steps)
         if end > self._followed:
             _follow(self._packed.address, self._followed, end)
             self._followed = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
-        """Return where an AUV believes to be (m) at an instant (s) if it has had no fix."""
+        """Return an AUV's position by dead reckoning alone (m) at an instant (s)."""
         x, y = self.sample(auv, np.array((time,)))[1].position[0]
         return float(x), float(y)
 
     def sample(self, auv: int, times: Floats) -> tuple[Floats, Odometry]:
-        """Return truth x, y, z (m), yaw (rad), (n, 4), and what the AUV knew, at instants (s)."""
+        """Return truth x, y, z (m), yaw (rad), (n, 4), and the AUV's odometry at instants (s)."""
         way = FleetTracksCache(self.known.motion, foreseen=False).of(auv, times)
         return way.truth, self.odometry(auv, way)
 
     def odometry(self, auv: int, way: VehicleTrack) -> Odometry:
-        """Return what an AUV's own sensors have told it of its way."""
+        """Return what an AUV's own sensors have measured along its motion."""
         n = len(way.times)
         position, headings = np.empty((n, 2)), np.empty((n, 2))
         _reckoned_all(self._packed.address, auv, way.times, way.lines, position, headings)
@@ -109,8 +109,8 @@ class DeadReckoning:
 def _reckon(
     auv: int, time: float, place: tuple[float, float], turned: tuple[float, float], wrong: Wrong
 ) -> DeadReckoned:
-    """Return what an AUV's own sensors have told it by an instant (s), at which it is at a place
-    (m); `turned` are the true integrals of the cosine and sine of its heading (s).
+    """Return an AUV's dead reckoning at an instant (s), at which it is at a position (m); `turned`
+    are the true integrals of the cosine and sine of its heading (s).
     """
     cosine, sine = by_compass(turned[0], turned[1], wrong, auv)
     way = place[0] - wrong.skews[auv].begin_x, place[1] - wrong.skews[auv].begin_y
@@ -120,7 +120,7 @@ def _reckon(
 
 @compiled
 def reckoned(auv: int, time: float, known: Reckoned) -> DeadReckoned:
-    """Return what an AUV's own sensors have told it by an instant (s)."""
+    """Return an AUV's dead reckoning at an instant (s)."""
     x, y, _, _, cosine, sine = headed(known.motion, auv, time)
     return _reckon(auv, time, (x, y), (cosine, sine), known.wrong)
 
@@ -129,7 +129,7 @@ def reckoned(auv: int, time: float, known: Reckoned) -> DeadReckoned:
 def _reckoned_all(
     packed: int, auv: int, times: Floats, lines: Floats, position: Floats, headings: Floats
 ) -> None:
-    """Write dead reckoning (n, 2) and headings (n, 2) on a way (:class:`VehicleTrack`).
+    """Write dead reckoning (n, 2) and headings (n, 2) along a motion (:class:`VehicleTrack`).
 
     `packed` is the address of a :class:`Reckoned`.
     """
@@ -143,8 +143,8 @@ def _reckoned_all(
 
 @compiled
 def _follow(packed: int, begin: int, end: int) -> None:
-    """Write the offsets of the biases that are held in the steps begin..end; `packed` is the
-    address of a :class:`Reckoned`.
+    """Write the effect of wandering biases in the steps begin..end; `packed` is the address of a
+    :class:`Reckoned`.
     """
     motion, wrong = unpacked(packed, Reckoned)
     for auv in range(len(wrong.biases)):

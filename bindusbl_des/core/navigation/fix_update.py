@@ -1,11 +1,13 @@
-"""How a fix changes a belief: what it says of the error, and how much of that is taken in.
+"""Corrections of a belief by a fix: the innovation, and the gain.
+
+A fix of a position p is
 
     z = p + J(p) c + B c^2 / 2 + noise
 
-is a fix of a place p, with errors c that it has in common with others; B c^2 is a turned offset on
-its circle.  It is expanded about what is believed of both, with the means of its second order.
-Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and
-Navigation, 2001, sec. 10.3 (second-order extended Kalman filter).
+with errors c that it has in common with other fixes; B c^2 is the curvature of a rotated offset.
+It is expanded about the belief of both, with the means of its second order.  Source: Y. Bar-Shalom,
+X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, sec. 10.3
+(second-order extended Kalman filter).
 """
 
 from math import nan
@@ -21,7 +23,7 @@ Noise = tuple[float, float, float]
 
 
 class Said(NamedTuple):
-    """What a fix says: the true position (m), but for `noise` (covariance xx, yy, xy, m2), and for
+    """A fix as a measurement: the true position (m) plus `noise` (covariance xx, yy, xy, m2) and
     errors in common.
     """
 
@@ -31,8 +33,8 @@ class Said(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """What is believed: a place (m), n errors (n,) and their variances (n,), and the covariance of
-    the place and the errors (2, n).
+    """A belief: a position (m), n errors (n,), their variances (n,), and the covariance of position
+    and errors (2, n).
     """
 
     x: float
@@ -46,8 +48,8 @@ class Expected(NamedTuple):
 def at_place(
     at: tuple[float, float], jacobians: Floats, x: float, y: float, spread: Floats, common: Floats
 ) -> float:
-    """Write to `common` (2, n), m per unit, J at a place (m), of `jacobians` as of :func:`said_of`;
-    return the variance (m2) of what the last n states, of the covariance `spread`, add to a fix.
+    """Write J at a position (m) to `common` (2, n), m per unit, `jacobians` as of :func:`said_of`;
+    return the variance (m2) that the last n states, by the covariance `spread`, add to a fix.
     """
     n, unsure = common.shape[1], 0.0
     begin = len(spread) - n
@@ -64,10 +66,11 @@ def at_place(
 def said_of(
     fix: Said, at: tuple[float, float], jacobians: Floats, own: Expected, common: Floats
 ) -> Said:
-    """Return what a fix says to who expects something; write by what the last n states add to it,
-    `common` (2, n), m per unit.
+    """Return a fix expanded about a belief; write its Jacobian, m per unit, by the last n states to
+    `common` (2, n).
 
-    `jacobians` (2, 4 n or more) are J `at` a place (m), its derivatives along x and along y, and B.
+    `jacobians` (2, 4 n or more) are J `at` a position (m), its derivatives along x and along y, and
+    B.
     """
     n = own.errors.size
     place, seen, (xx, yy, xy) = np.array((own.x, own.y)), np.array((fix.x, fix.y)), fix.noise
@@ -121,9 +124,9 @@ def said_of_all(
     polar: Ints, places: Floats, at: Floats, noise: Floats, jacobians: Floats, believed: Floats,
     errors: Floats, variances: Floats,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Return the positions (n, 2), m, noise xx, yy, xy (n, 3), m2, and dependence (n, 2, m) of
-    fixes on m errors that are believed, of an AUV that took itself to be at `believed` (n, 2), m.
-    J is that `at` places (n, 2), m; of what is `polar` (n,) it is linear.
+    """Return positions (n, 2), m, noise xx, yy, xy (n, 3), m2, and Jacobians (n, 2, m) of fixes
+    expanded about m errors and positions `believed` (n, 2), m.  Their J is `at` positions (n, 2),
+    m; if `polar` (n,), J is linear in these.
     """
     count = len(places)
     means, left = np.empty((count, 2)), np.empty((count, 3))
@@ -142,26 +145,26 @@ def said_of_all(
     return means, left, common
 
 
-# A gain that is worked out anew for each fix from the covariances.
+# Stands for a gain worked out for each fix from the covariances (Kalman)
 WEIGHED = -1.0
 
-# The mean NIS of fixes that err as they say, along two axes; a gate below refuses good ones
+# Mean NIS of consistent fixes along two axes; a gate below refuses good ones
 EXPECTED = 2.0
 
-# After so many refused in a row it is the belief that is wrong: it becomes so unsure, of all that
-# it is about, that the last of them would just have passed, and the next is taken in.
+# After so many refused in a row the belief is wrong: its whole covariance is inflated so that the
+# last of them would just have passed, and the next is accepted.
 MOST_REFUSED = 5
 
-# An AUV is sure in a direction when det P is below this share of the square of tr P.
+# A covariance is singular when det P is below this share of the square of tr P.
 SURE = 1e-12
 
 
 class Rule(NamedTuple):
     """How a fix changes a belief.
 
-    `gain` is the share of the innovation that goes to the position, or WEIGHED; a fix is compared
-    with what is believed of the instant at which it holds (`at_ping`), or of its delivery, as the
-    paper does.  A fix whose normalised innovation squared exceeds the `gate` is refused; 0: none.
+    `gain` is the share of the innovation that is added to the position, or WEIGHED; a fix is
+    compared with the belief of its instant (`at_ping`), or of its delivery, as in the paper.  A fix
+    with a NIS above the `gate` is refused; 0: none is.
     """
 
     gain: float
@@ -171,7 +174,7 @@ class Rule(NamedTuple):
 
 @compiled
 def write_seen(seen: Floats, slopes: Floats, spread: Floats) -> None:
-    """Write the covariances (m, k) of what goes with states by slopes H (m, k) with these, H P."""
+    """Write H P (m, k) for slopes H (m, k) and a covariance P (k, k)."""
     seen[:] = 0.0
     for n in range(len(slopes)):
         for j in range(len(spread)):
@@ -182,9 +185,9 @@ def write_seen(seen: Floats, slopes: Floats, spread: Floats) -> None:
 
 @compiled
 def joseph(spread: Floats, gain: Floats, slopes: Floats, noise: Noise) -> None:
-    """Have (1 - K H) P (1 - K H)^T + K R K^T in the place of P (k, k), of a gain K^T and slopes H
-    (1 or 2, k) and a noise R, which is right for any gain.  Source: Y. Bar-Shalom, X. R. Li, T.
-    Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
+    """Replace P (k, k) by (1 - K H) P (1 - K H)^T + K R K^T, with a gain K^T and slopes H (1 or 2,
+    k) and a noise R; valid for any gain.  Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+    Estimation with Applications to Tracking and Navigation, 2001, eq. 5.2.3-18.
     """
     (xx, yy, xy), count, seen = noise, len(spread), np.empty(slopes.shape)
     write_seen(seen, slopes, spread)
@@ -211,7 +214,7 @@ def joseph(spread: Floats, gain: Floats, slopes: Floats, noise: Noise) -> None:
 @compiled
 def normalised_square(x: float, y: float, xx: float, yy: float, xy: float) -> float:
     """Return the square of an innovation (m) normalised by its covariance (m2): chi-squared with 2
-    degrees of freedom where both are right.  NaN where nothing is unsure.
+    degrees of freedom where both are right; NaN where the covariance is singular.
 
     >>> normalised_square(0.6, 0.8, 0.25, 0.25, 0.0), normalised_square(1.0, 1.0, 0.0, 0.0, 0.0)
     (4.0, nan)
@@ -224,21 +227,21 @@ def normalised_square(x: float, y: float, xx: float, yy: float, xy: float) -> fl
 
 @inlined
 def doubted(excess: float, believed: float, offset: float) -> float:
-    """Return by which factor a belief becomes less sure, so that what was `excess` times the gate,
-    by its normalised square, would just have passed.
+    """Return the factor by which to inflate a covariance, so that a NIS of `excess` times the gate
+    would just have passed.
 
-    Of the variance of how far off it was, `offset` (m2), the belief's is `believed`.
+    Of the variance of the innovation, `offset` (m2), the belief's part is `believed`.
     """
     return 1.0 + (excess - 1.0) * offset / believed if excess > 1.0 and believed > 0.0 else 1.0
 
 
 @compiled
 def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise, fixed: float) -> Noise:
-    """Write K^T of one or two numbers that are measured: that of Kalman if `fixed` is WEIGHED and
-    anything is unsure, else that share of the position, or 0.
+    """Write K^T for one or two numbers: the Kalman gain if `fixed` is WEIGHED and the covariance is
+    not singular, else that share of the position, or 0.
 
-    Return the covariance of both, H P H^T + R: of one alone as if it were two that have nothing in
-    common.
+    Return the innovation's covariance H P H^T + R; for one number as if it were two independent
+    ones.
     """
     write_seen(gain, slopes, spread.T)
     last, xx, yy, xy = len(slopes) - 1, 0.0, 0.0, 0.0
@@ -266,15 +269,13 @@ def take(
     belief: Belief, off: tuple[float, float], slopes: Floats, noise: Noise, rule: Rule,
     gain: Floats, whose: int = 0, shared: Floats | None = None, theirs: Noise = (0.0, 0.0, 0.0),
 ) -> tuple[float, bool]:  # fmt: skip
-    """Correct a belief, in its place, by two numbers, or one, that are `off` from what it expects.
+    """Correct a belief, in place, by one or two numbers with innovations `off`, slopes H (2, k),
+    and `noise` R: xx, yy, xy (one number: H (1, k), a second innovation of 0, and its variance
+    twice).  `gain` K^T, as large as H, is overwritten.  `whose` is the index of the AUV that
+    refuses, of several; `shared` (k, k) is the part of the covariance that other AUVs may have as
+    well, updated with the noise `theirs`.
 
-    They go with the states by `slopes` H (2, k), and have a `noise` R: xx, yy, xy (one: H (1, k), a
-    second that is off by 0, and its variance twice).  `gain` K^T, as large as H, is written over.
-    `whose` is the number of the AUV that refuses, of several; what others may have of the
-    covariance as well is `shared` (k, k), of the noise `theirs`.
-
-    Return the normalised square (NIS, NaN where nothing is unsure), and whether the gate let them
-    pass.
+    Return the NIS, NaN where the covariance is singular, and whether the gate let them pass.
     """
     moment, state, (x, y) = belief.moment[whose], belief.state, off
     total = write_gain(gain, belief.covariance, slopes, noise, rule.gain)

@@ -1,4 +1,6 @@
-"""Fixes of AUVs at the surface by GNSS receivers of their own: each at its instant, had at once."""
+"""GNSS fixes that AUVs at the surface make themselves: each at its instant, and delivered at
+once.
+"""
 
 from math import nan
 
@@ -12,7 +14,7 @@ from ..scenario.sections.navigation import GnssFixSection
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import lines
 
-# Instants that are looked at in one go.
+# Instants that are processed at once
 AT_ONCE = 20_000
 
 
@@ -32,17 +34,15 @@ class GnssReceivers:
         streams: Streams,
         fixes: EventBuffer,
     ) -> None:
-        """Take what the receivers are like; `fixes`, :data:`FIX`, are written, those of no
-        ping, ASV or frame.
-        """
+        """`fixes`, :data:`FIX`, gets their rows, without ping, ASV or frame."""
         self._fleet, self._end, self.fixes = fleet, end, fixes
         self._depth, self._sd, self.every_s = receiver.depth_m, receiver.sd_m, receiver.every_s
         self._noise = [streams.of(Purpose.GNSS_FIX, auv) for auv in range(len(fleet))]
-        self._next = 1  # the first instant that has not been looked at
+        self._next = 1  # k of the first instant that has not been processed
 
     def among(self, fixes: Rows, due: Ints, time: float) -> Ints:
-        """Make the fixes up to an instant (s); return the numbers of these, -1 - k of row k, and of
-        those `due` that others bring, in the order in which AUVs have them.
+        """Make the fixes up to an instant (s); return their numbers, -1 - k for row k, and the rows
+        `due` of other fixes, in the order of delivery.
         """
         before = self.fixes.count
         while self._next * self.every_s <= time and self._next * self.every_s < self._end:
@@ -53,7 +53,7 @@ class GnssReceivers:
             begin = self.fixes.count
             for auv in range(len(self._fleet)):
                 self._fix(auv, instants)
-            # By time, then AUV, however many instants are looked at in one go
+            # By time, then AUV, however many instants are processed at once
             made = self.fixes.rows[begin:]
             made[:] = made[np.lexsort((made["auv"], made["delivered_at_s"]))]
             made["fix"] = np.arange(begin, self.fixes.count)

@@ -1,12 +1,12 @@
-"""What a range or a fix tells of a believed position: an extended Kalman filter over a log.
+"""An extended Kalman filter over a recorded log of ranges and fixes.
 
-A range to a beacon tells of the position along the line to it, the line as it is where the vehicle
-believes to be.  Ranges at sea have a heavy tail (reflections, wrong detections), so noise is a
-mixture: a share of the sights has a further error, of a larger standard deviation.  A sight counts
-by how likely it is to be of either kind, which is what the expectation step of the EM algorithm
-says of a scale mixture; what not even the wider kind explains is refused.  Source: K. L. Lange, R.
-J. A. Little, J. M. G. Taylor, Robust statistical modeling using the t distribution, Journal of the
-American Statistical Association 84, 1989.
+A range to a beacon measures position along the line to it, the line from the vehicle's estimate.
+Ranges at sea have a heavy tail (reflections, wrong detections), so noise is a mixture: a share of
+the sights has a further error, of a larger standard deviation.  A sight is weighted by the
+probability of either kind, as in the expectation step of the EM algorithm for a scale mixture; a
+sight that not even the wider kind explains is refused.  Source: K. L. Lange, R. J. A. Little, J. M.
+G. Taylor, Robust statistical modeling using the t distribution, Journal of the American Statistical
+Association 84, 1989.
 """
 
 from dataclasses import dataclass, replace
@@ -19,30 +19,29 @@ from ...support.arrays import Floats
 from ...support.compiled import compiled, inlined
 from ..records.rows import Row, Rows
 from ..vehicles.reckoning import DeadReckoned
-from .assumptions import NONE, Further, beginning
+from .assumptions import NO_STATES, Further, beginning
 from .belief import Belief, Growth, begun_at, carry
 from .dead_reckoning import Odometry, dr_at
 from .fix_update import EXPECTED, MOST_REFUSED, doubted
 from .smoothing import Sights, Smoothed, absorb, smooth
 
-# A sight: at which instant, its number; the beacon, m, and the measured range (m), or where a fix
-# lies and NaN; how far beacon and vehicle are apart in depth (m); along two axes at right angles
-# the variances (m2) of a fix, and the first of them (a unit vector).
+# A sight: the index of its instant; the beacon's position x, y (m) and the measured range (m), or a
+# fix's position and NaN; the difference in depth of beacon and vehicle (m); the variances (m2) of a
+# fix along two axes at right angles, and the first of these (a unit vector).
 SIGHT = np.dtype(
     [("node", "i8")]
     + [(name, "f8") for name in ("x_m", "y_m", "z_m", "range_m", "along_m2", "across_m2")]
     + [("axis_x", "f8"), ("axis_y", "f8")]
 )
 
-# What became of a sight: how far it was from what was believed (m) along its first axis, the square
-# of that by its variance if it is no outlier, the probability of that, and whether it was taken in;
-# the logarithm of its density.
+# The outcome of a sight: its innovation (m) along its first axis, its NIS if it is no outlier, the
+# probability of that, the logarithm of its density, and whether it was accepted.
 SEEN = np.dtype([(name, "f8") for name in ("off_m", "nis", "inlier", "density")] + [("taken", "?")])
 
 
 class Mixture(NamedTuple):
     """The noise of sights: standard deviation of a range (m), share of outliers, standard deviation
-    of their further error (m); refused is beyond so many variances of an outlier, 0: nothing.
+    of their further error (m); the gate on an outlier's NIS, 0: none.
     """
 
     sd: float
@@ -51,20 +50,20 @@ class Mixture(NamedTuple):
     gate: float
 
 
-# How far off a start that was found may be, per axis (m), and its heading (rad): it was found from
-# the very ranges that navigate, so they must be free to move it.
+# Standard deviations of an estimated start, per axis (m), and of its heading (rad): the start comes
+# from the very ranges that navigate, so they must be free to move it.
 START_SD, HEADING_SD = 10.0, 0.1
 
 
 @dataclass(frozen=True)
 class Noise:
-    """What is unsure in a log: of ranges (m), a share of outliers and their further error (m), dead
+    """The noise of a log: of ranges (m), a share of outliers and their further error (m), dead
     reckoning's random walk (m/sqrt(s)) and velocity bias (m/s, ahead and to the side of y).
 
-    `bias_sd` is what a bias may be beyond the one given (m/s), which wanders with a time constant
-    `bias_time_constant_s` (s) or, if that is infinite, is constant; the scale of the way is off by
-    `scale_sd`, its heading by `heading_sd` (rad), both constant.  A sight that not even the
-    variance of an outlier explains is refused: its normalised square is above `gate`; 0: none is.
+    `bias_sd` is the standard deviation of a bias beyond the given one (m/s), which wanders with a
+    time constant `bias_time_constant_s` (s) or, if that is infinite, is constant; `scale_sd` and
+    `heading_sd` (rad) are constant errors of the path's scale and heading.  A sight whose NIS as an
+    outlier is above `gate` is refused; 0: none is.
     """
 
     range_sd: float
@@ -81,7 +80,7 @@ class Noise:
     bias_time_constant_s: float = inf
 
     def with_start_found(self) -> "Noise":
-        """Return noise that leaves a start that was found free to move."""
+        """Return noise that leaves an estimated start free to move."""
         start_sd, heading_sd = max(self.start_sd, START_SD), max(self.heading_sd, HEADING_SD)
         return replace(self, start_sd=start_sd, heading_sd=heading_sd)
 
@@ -92,7 +91,7 @@ class Noise:
 
     @property
     def beliefs(self) -> tuple[Belief, Growth]:
-        """What is believed at the start, and how that becomes less sure."""
+        """The first belief and its growth."""
         wanders = self.bias_sd > 0.0 and self.bias_time_constant_s < inf
         constant = 0.0 if wanders else self.bias_sd
         ahead, aside = (hypot(bias, constant) for bias in self.bias)
@@ -104,26 +103,26 @@ class Noise:
             skew=Further((self.scale_sd, self.heading_sd), (inf, inf)),
             wandering=Further((self.bias_sd,) * 2, (self.bias_time_constant_s,) * 2)
             if wanders
-            else NONE,
+            else NO_STATES,
         )
 
 
 class Prepared(NamedTuple):
-    """A log as navigators take it: its odometry at all instants of rows and sights, the sights."""
+    """A log for navigators: its odometry at all instants of rows and sights, and the sights."""
 
     odometry: Odometry
     sights: Rows
 
     def beliefs(self, noise: Noise) -> tuple[Belief, Growth]:
-        """Return what is believed at the first instant, and how that becomes less sure."""
+        """Return the belief at the first instant, and its growth."""
         first, growth = noise.beliefs
         x, y = self.odometry.position[0].tolist()
         return begun_at(first, (x, y)), growth
 
 
 class NavigatedTrack(NamedTuple):
-    """Where a vehicle was taken for at n instants (n,), s: places (n, 2), m, and their covariances
-    xx, yy, xy (n, 3), m2; what became of each of m sights (m,), SEEN.
+    """A vehicle's estimated track at n instants (n,), s: positions (n, 2), m, and their covariances
+    xx, yy, xy (n, 3), m2; the outcomes of m sights (m,), SEEN.
     """
 
     times: Floats
@@ -132,13 +131,13 @@ class NavigatedTrack(NamedTuple):
     seen: Rows
 
     def at(self, times: Floats) -> Floats:
-        """Return the places (k, 2), m, of some of the instants (k,), s."""
+        """Return the positions (k, 2), m, at some of the instants (k,), s."""
         return self.places[np.searchsorted(self.times, times)]
 
 
 class SightGradient(NamedTuple):
-    """How a sight looks from a place: the unit vector (x, y) by which its number rises with the
-    error of dead reckoning, how far off it is (m), and its variance (m2).
+    """A sight linearised at a position: its gradient by the error of dead reckoning, a unit vector
+    (x, y), its innovation (m), and its variance (m2).
     """
 
     x: float
@@ -149,8 +148,8 @@ class SightGradient(NamedTuple):
 
 @inlined
 def aimed(sight: Row, x: float, y: float, sd: float) -> SightGradient:
-    """Return how a sight looks from a place (m) that a vehicle believes in."""
-    if np.isnan(sight.range_m):  # a fix says: dead reckoning is ahead by what it is behind
+    """Return a sight linearised at a vehicle's estimated position (m)."""
+    if np.isnan(sight.range_m):  # a fix behind the estimate means an error ahead
         off = (x - sight.x_m) * sight.axis_x + (y - sight.y_m) * sight.axis_y
         return SightGradient(sight.axis_x, sight.axis_y, off, sight.along_m2)
     ahead, aside = x - sight.x_m, y - sight.y_m
@@ -160,21 +159,21 @@ def aimed(sight: Row, x: float, y: float, sd: float) -> SightGradient:
 
 @inlined
 def across(sight: Row, x: float, y: float) -> SightGradient:
-    """Return how a fix looks along its second axis."""
+    """Return a fix linearised along its second axis."""
     off = (y - sight.y_m) * sight.axis_x - (x - sight.x_m) * sight.axis_y
     return SightGradient(-sight.axis_y, sight.axis_x, off, sight.across_m2)
 
 
 @inlined
 def mixed(variance: float, inlier: float, noise: Mixture) -> float:
-    """Return the variance (m2) by which a sight counts that is no outlier with a probability."""
+    """Return the effective variance (m2) of a sight that is no outlier with a probability."""
     return 1.0 / (inlier / variance + (1.0 - inlier) / (variance + noise.outlier_sd**2))
 
 
 @compiled
 def inlier_of(near: float, far: float, noise: Mixture) -> tuple[float, float]:
-    """Return the probability that a sight is no outlier, and the logarithm of its density, from
-    those of its density as either kind.
+    """Return the probability that a sight is no outlier, and the logarithm of its density, from the
+    logarithms of its densities as either kind.
     """
     if noise.share <= 0.0:
         return 1.0, near
@@ -186,8 +185,8 @@ def inlier_of(near: float, far: float, noise: Mixture) -> tuple[float, float]:
 
 @inlined
 def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tuple[float, float]:
-    """Return the normalised square of two offsets (m) with a covariance (m2), and the logarithm of
-    their Gaussian density.
+    """Return the NIS of two innovations (m) with a covariance (m2), and the logarithm of their
+    Gaussian density.
     """
     determinant = xx * yy - xy * xy
     square = (yy * first * first - 2.0 * xy * first * second + xx * second * second) / determinant
@@ -198,7 +197,7 @@ def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tu
 def _judged(
     aim: SightGradient, other: SightGradient, spread: Floats, is_fix: bool, noise: Mixture
 ) -> tuple[float, float, float, float]:
-    """Return NIS as an inlier, NIS as an outlier, the probability that it is none, log density."""
+    """Return NIS as inlier, NIS as outlier, the probability of an inlier, and log density."""
     wide = noise.outlier_sd**2
     xx = _between(aim, aim, spread) + aim.variance
     if not is_fix:
@@ -216,7 +215,7 @@ def _judged(
 
 @inlined
 def _between(one: SightGradient, other: SightGradient, spread: Floats) -> float:
-    """Return the covariance of a position's error along two axes (m2)."""
+    """Return the covariance (m2) of a position's error along two axes."""
     x = spread[0, 0] * other.x + spread[0, 1] * other.y
     y = spread[1, 0] * other.x + spread[1, 1] * other.y
     together: float = one.x * x + one.y * y
@@ -224,9 +223,7 @@ def _between(one: SightGradient, other: SightGradient, spread: Floats) -> float:
 
 
 def filter_log(log: Prepared, noise: Noise) -> NavigatedTrack:
-    """Return where the vehicle would have taken itself for, sight by sight, as an extended Kalman
-    filter has it.
-    """
+    """Return the vehicle's track, sight by sight, by an extended Kalman filter."""
     (odometry, sights), (own, growth) = log, log.beliefs(noise)
     places, covariances = np.empty((len(odometry.times), 2)), np.empty((len(odometry.times), 3))
     seen = blank_seen(len(sights))
@@ -234,16 +231,16 @@ def filter_log(log: Prepared, noise: Noise) -> NavigatedTrack:
     return NavigatedTrack(odometry.times, places, covariances, seen)
 
 
-# Sights are looked at anew from where they have put the vehicle until that moves by less (m).
+# Sights are linearised again at the new track until that moves by less (m), at most so many times.
 SETTLED, MOST_LOOKS = 1e-3, 50
 
 
 def smooth_log(
     log: Prepared, noise: Noise, begin: NavigatedTrack
 ) -> tuple[NavigatedTrack, Smoothed]:
-    """Return where all sights together say that it was, and what is believed of all states.
+    """Return the track from all sights together, and the estimates of all states.
 
-    Sights are looked at from `begin`, and from where that leads, until nothing changes: the most
+    Sights are linearised at `begin`, and again at each result, until nothing changes: the most
     likely track.
     """
     (odometry, sights), (first, growth), places = log, log.beliefs(noise), begin.places
@@ -263,7 +260,7 @@ def smooth_log(
 
 
 def blank_seen(count: int) -> Rows:
-    """Return rows of what became of so many sights, :data:`SEEN`, of which nothing is known yet."""
+    """Return rows of outcomes for so many sights, :data:`SEEN`, all zero."""
     return np.zeros(count, dtype=SEEN).view(np.recarray)
 
 
@@ -272,10 +269,10 @@ def follow(
     own: Belief, odometry: Odometry, sights: Rows, noise: Mixture, growth: Growth, seen: Rows,
     places: Floats, spreads: Floats,
 ) -> None:  # fmt: skip
-    """Take sights into a belief, in its place, in the order of their instants.
+    """Correct a belief, in place, by sights in the order of their instants.
 
-    Write what became of each into `seen` (m,), SEEN; the places believed into `places` (n, 2), m,
-    and their covariances xx, yy, xy into `spreads` (n, 3), m2, each with the sights of its instant.
+    Write the outcomes to `seen` (m,), SEEN, the estimated positions to `places` (n, 2), m, and
+    their covariances xx, yy, xy to `spreads` (n, 3), m2, each after the sights of its instant.
     """
     state, covariance, sight = own.state, own.covariance, 0
     row, gain = np.zeros((1, state.size)), np.empty((1, state.size))
@@ -294,7 +291,7 @@ def follow(
 def _take(
     own: Belief, sight: Row, dr: DeadReckoned, noise: Mixture, seen: Row, row: Floats, gain: Floats
 ) -> None:
-    """Take one sight into a belief, and note what became of it."""
+    """Correct a belief by one sight, and write its outcome."""
     is_fix = np.isnan(sight.range_m)
     x, y = dr.x - own.state[0], dr.y - own.state[1]
     aim, other = aimed(sight, x, y, noise.sd), across(sight, x, y)
@@ -302,7 +299,7 @@ def _take(
     seen.off_m, seen.nis, seen.inlier, seen.density = aim.off, nis, inlier, density
     moment = own.moment[0]
     is_far = noise.gate > 0.0 and wide_nis > noise.gate
-    if moment.refused >= MOST_REFUSED:  # it is the belief that was wrong
+    if moment.refused >= MOST_REFUSED:  # the belief was wrong
         is_far, moment.refused = False, 0
     elif is_far or (noise.gate > 0.0 and inlier < 0.5):
         moment.refused += 1
@@ -331,10 +328,10 @@ def _take(
 def look(
     sights: Rows, places: Floats, position: Floats, noise: Mixture, linear: Sights, seen: Rows
 ) -> int:
-    """Write sights (m,) made linear at places (n, 2), m, where dead reckoning is at `position`.
+    """Linearise sights (m,) at `places` (n, 2), m, with dead reckoning at `position` (n, 2), m.
 
-    What is written are `linear` ones (2 m,) or fewer, whose number is returned, and what is thought
-    of each sight if the places are right, SEEN.
+    Write at most 2 m sights to `linear`, and the outcomes if the positions were right to `seen`,
+    SEEN; return the number of linear sights.
     """
     surely, count = np.zeros((2, 2)), 0
     for k in range(sights.size):

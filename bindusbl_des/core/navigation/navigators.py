@@ -1,11 +1,10 @@
-"""AUVs' own idea of where they are: dead reckoning, corrected by the fixes that they receive.
+"""Navigators: the AUVs' own estimates, dead reckoning corrected by the fixes that they receive.
 
-A navigator serves the whole fleet, and never sees the true position: it is given fixes as they
-are delivered, and what the AUVs' own sensors tell.  Those that ship differ in one thing, the gain
-by which a fix changes what is believed of dead reckoning (:mod:`.belief`): a fixed share of the
-position (eq. update), the share that the covariances say (Kalman), or none.  What one of
-somebody's own answers is checked.  All that AUVs have believed is kept (:class:`Held`), since it
-is asked later where they took themselves for.
+A navigator serves the whole fleet, and never gets the true position: only fixes as they are
+delivered, and the AUVs' own sensors.  Those that ship differ in the gain by which a fix corrects
+the belief about dead reckoning (:mod:`.belief`): a fixed share of the position (eq. update), the
+Kalman gain, or none.  The answers of a user-defined one are checked.  All beliefs are stored
+(:class:`Held`), since past estimates are asked for later.
 """
 
 from collections.abc import Mapping
@@ -53,17 +52,17 @@ from .raw_receptions import Levels, raw
 
 
 class Held:
-    """All beliefs that the AUVs of a fleet have held, in the order in which they came about."""
+    """All beliefs of a fleet, in the order in which they arose."""
 
     def __init__(self, first: Beliefs) -> None:
-        """Take the first beliefs (n,), held from the start on."""
+        """Take the first beliefs (n,), valid from the start on."""
         self.count = self._fleet = len(first.moments)
         self._sorted = 0
-        #: Those of the first `count` rows, and room for more.
+        #: The beliefs are its first `count` rows.
         self.all = FilterHistory(np.arange(self.count), np.zeros(self.count), first)
 
     def make_room(self, count: int, packed: Packed) -> None:
-        """Have room in the rows for further ones, also in the field `held` of what is handed."""
+        """Reserve further rows, also in the field `held` of a packed tuple."""
         room = len(self.all.whose)
         if self.count + count > room:
             length = max(2 * room, self.count + count)
@@ -77,8 +76,8 @@ class Held:
             packed.renew("held", self.all)
 
     def of(self, auv: int) -> Ints:
-        """Return the rows of what an AUV has believed (k,), one after the other."""
-        if self._sorted != self.count:  # not a search of all for each AUV
+        """Return the rows of an AUV's beliefs (k,), in order."""
+        if self._sorted != self.count:  # sorted once for all AUVs
             whose = self.all.whose[: self.count]
             self._order = np.argsort(whose, kind="stable")
             self._ends = np.searchsorted(whose[self._order], np.arange(self._fleet + 1)).tolist()
@@ -91,11 +90,12 @@ def believed(
     packed: int, auv: int, own: Ints, sure: bool, times: Floats, position: Floats,
     headings: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """Write the positions (n, 2), m, that an AUV believed in at instants (n,), s, that rise.
+    """Write the estimated positions (n, 2), m, of an AUV at rising instants (n,), s; if `sure`,
+    their covariances xx, yy, xy (n, 3), m2.
 
-    Or how `sure` it was of them: covariances xx, yy, xy (n, 3), m2.  `packed` is the address of a
-    :class:`.correcting.Known`, in which its `own` beliefs (k,), by their rows, are held, the first
-    from before all `times`; times, position and headings as in :class:`.dead_reckoning.Odometry`.
+    `packed` is the address of a :class:`.correcting.Known`, `own` (k,) are rows of the AUV's
+    beliefs, the first from before all `times`; times, position and headings as in
+    :class:`.dead_reckoning.Odometry`.
     """
     known = unpacked(packed, Known)
     growth, beliefs, since = known.growth, known.held.beliefs, known.held.since
@@ -128,33 +128,33 @@ def believed(
             n = end
 
 
-# Fixes of which each errs by itself
+# Fixes that have no errors in common
 NOTHING = Jacobians(0)
 
 
 class Navigator(Protocol):
-    """What the AUVs make of the fixes that reach them."""
+    """Estimates the positions of AUVs from their fixes and odometry."""
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes in rows `due` (k,), in the order of delivery.
+        """Apply the fixes in rows `due` (k,), in the order of delivery.
 
-        Those of somebody's own are given record arrays with the columns of table `fixes`, or of
-        :data:`.raw_receptions.RAW` if they want receptions; those that ship the buffer
-        (:data:`FIX`), in which -1 - k is row k of the fixes by GNSS.
+        A user-defined navigator gets record arrays with the columns of table `fixes`, or of
+        :data:`.raw_receptions.RAW` if it wants receptions; those that ship get the buffer
+        (:data:`FIX`), where -1 - k is row k of the GNSS fixes.
         """
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
-        """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
+        """Return an AUV's estimated positions (n, 2), m, at the instants of its odometry."""
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
 
 
 class LinearNavigator:
-    """Navigators that believe in a drift of their dead reckoning, and correct it by one rule.
+    """Navigators that estimate the drift of dead reckoning, and correct it by one rule.
 
-    A fix takes effect when it is delivered, as knowledge about the instant at which it holds.  One
-    that arrives after fixes of later instants is put in its place, and those are weighed anew.
+    A fix is applied when it is delivered, at the instant at which it holds.  If fixes of later
+    instants were delivered before, it is inserted, and those are applied again.
     """
 
     def __init__(
@@ -170,16 +170,16 @@ class LinearNavigator:
         gnss: EventBuffer | None = None,
         rates: Rates | None = None,
     ) -> None:
-        """Take dead reckoning, how to correct it, and what is believed at first.
+        """Take dead reckoning, the rule, the growth of beliefs and the first belief.
 
         `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
-        written as of :class:`.correcting.Known`.  Fixes contain of the last states what `common`
-        says, and are made of some of the `receptions`; those by `gnss` are rows of their own.
-        Their range rates, which err by `rates`, are taken in where that is not None.
+        written as of :class:`.correcting.Known`.  `common` are the Jacobians of fixes by the last
+        states; fixes are made of some of the `receptions`; GNSS fixes are rows of `gnss`.  Range
+        rates with the errors `rates` are applied if not None.
         """
-        #: How range rates err that are taken in with fixes; None: none are.
+        #: Errors of the range rates that are applied with fixes; None: none are.
         self.rates = rates
-        #: What each fix contains of the last states.
+        #: Jacobians of fixes by the last states.
         self.common = common
         start = copies(first, len(corrections))
         if growth.stretched > 0:
@@ -188,7 +188,7 @@ class LinearNavigator:
         self._held = Held(start)
         memory, scratch = memory_of(first, start), scratch_for(first, common.columns)
         receptions = EventBuffer(RECEPTION) if receptions is None else receptions
-        #: The fixes by GNSS.
+        #: The GNSS fixes.
         self.gnss = EventBuffer(FIX) if gnss is None else gnss
         known, held, rows = reckoning.known, self._held.all, (receptions.array, self.gnss.array)
         self._known = Packed(
@@ -199,7 +199,7 @@ class LinearNavigator:
         self.gnss.hand_on(self._known, "gnss")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
+        """Apply the fixes whose rows are due; write innovation, NIS and the change (m)."""
         self._held.make_room(len(due), self._known)
         has_common = self.common.columns > 0
         common, left = (self.common.of, self.common.left) if has_common else (None, None)
@@ -210,14 +210,14 @@ class LinearNavigator:
     def expanded(
         self, fixes: Rows, noise: Floats, jacobians: Floats, states: Floats, spreads: Floats
     ) -> tuple[Floats, Floats]:
-        """Return what fixes say to who believes in states of their instants; :func:`expand`."""
+        """Return fixes expanded about states of their instants; :func:`expand`."""
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
 
     def rated(self, fixes: Rows) -> tuple[Ints, Ints]:
-        """Return the receptions whose range rates come with fixes (n,): of which fix each is (m,),
-        and its row (m,).
+        """Return the receptions with range rates of fixes (n,): the index of their fix (m,), and
+        their row (m,).
         """
         receptions, found = self._receptions.array, []
         for k, fix in enumerate(fixes if self.rates is not None else ()):
@@ -231,8 +231,8 @@ class LinearNavigator:
     def expanded_rates(
         self, fixes: Rows, since: Floats, which: tuple[Ints, Ints], states: Floats, spreads: Floats
     ) -> tuple[Floats, Floats, Floats]:
-        """Return what range rates, `which` as of :meth:`rated`, say as sights; their rows (m, k),
-        values (m,) and variances (m,); :func:`expand_rates`.
+        """Return range rates, `which` as of :meth:`rated`, as sights: rows (m, k), values (m,) and
+        variances (m,); :func:`expand_rates`.
         """
         owners, lines = which
         rows, values = np.empty((len(owners), states.shape[1])), np.empty(len(owners))
@@ -245,24 +245,22 @@ class LinearNavigator:
         return rows, values, variances
 
     def turn(self, fix: Rows, belief: Belief, was: Floats, now: Floats) -> None:
-        """Turn a belief of the instant of a fix, whose error (2,), m, `was` another than it is
+        """Rotate a belief at the instant of a fix whose error (2,), m, was corrected from `was` to
         `now`; :func:`.correcting.turn_on`.
         """
         turn_on(self._known.address, np.array([fix]).view(np.recarray), belief, was, now)
 
     def latest(self, auv: int) -> tuple[Floats, Floats]:
-        """Return the states (k,) that an AUV believes in after its last fix, and their covariance
-        (k, k).
-        """
+        """Return an AUV's states (k,) after its last fix, and their covariance (k, k)."""
         beliefs, last = self._held.all.beliefs, self._held.of(auv)[-1]
         return beliefs.states[last], beliefs.covariances[last]
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
-        """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
+        """Return an AUV's estimated positions (n, 2), m, at the instants of its odometry."""
         return self._believed(auv, odometry, sure=False)
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
         return self._believed(auv, odometry, sure=True)
 
     def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Floats:
@@ -273,35 +271,35 @@ class LinearNavigator:
         return found
 
 
-# By this share of its variances a covariance may be above what they allow.
+# Relative tolerance by which a covariance may exceed the product of standard deviations
 ROUNDING = 1e-6
 
 
 class Reckoning:
-    """The dead reckoning of a fleet, as AUVs themselves know it."""
+    """The dead reckoning of a fleet, for user-defined navigators."""
 
     def __init__(self, reckoning: DeadReckoning) -> None:
         self._whole = reckoning
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
-        """Return where an AUV that has had no fix believes to be (m) at an instant (s)."""
+        """Return an AUV's position by dead reckoning alone (m) at an instant (s)."""
         return self._whole.at(auv, time)
 
     def depth(self, auv: int, time: float) -> float:
-        """Return how deep an AUV is (m) at an instant (s), as its pressure sensor has it."""
+        """Return an AUV's depth (m) at an instant (s), by its pressure sensor."""
         return float(self._whole.sample(auv, np.array((time,)))[0][0, 2])
 
     def odometry(self, auv: int, times: Floats) -> Odometry:
-        """Return what an AUV's own sensors have told it by instants (n,), s."""
+        """Return what an AUV's own sensors have measured by instants (n,), s."""
         return self._whole.sample(auv, np.asarray(times, dtype=np.float64))[1]
 
 
-# What one of somebody's own may want
+# Inputs that a user-defined navigator may ask for
 WANTS = ("fixes", "receptions")
 
 
 class OwnNavigator:
-    """A navigator of somebody's own, named ``module:object`` in the scenario.
+    """A user-defined navigator, named ``module:object`` in the scenario.
 
     The object is called with the fleet's dead reckoning and the number of AUVs, and returns a
     :class:`.navigators.Navigator`.
@@ -317,13 +315,13 @@ class OwnNavigator:
         gnss: EventBuffer | None = None,
         levels: Levels | None = None,
     ) -> None:
-        """Make the navigator; `corrections` (n, 2), m, is where autopilots read what it adds.
+        """Make the navigator; `corrections` (n, 2), m, of dead reckoning are what autopilots read.
 
-        Fixes are made of some of the `receptions`, whose `levels` are those of a receiver; it is
-        given each fix by `gnss` as one of which no ping is known: `ping` is -1.
+        Fixes are made of some of the `receptions`, with the `levels` of a receiver; each GNSS fix
+        is handed over with `ping` -1.
 
         Raises:
-            PluginError: when it cannot be made, lacks a verb, or wants what there is not.
+            PluginError: when it cannot be made, lacks a verb, or wants an unknown input.
         """
         self._name, self._reckoning, self._corrections = name, reckoning, corrections
         self._receptions = EventBuffer(RECEPTION) if receptions is None else receptions
@@ -351,15 +349,15 @@ class OwnNavigator:
 
     @property
     def own(self) -> Any:
-        """The object of somebody's own."""
+        """The user's object."""
         return self._navigator
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Hand the fixes whose rows are due on, each in the words of table `fixes`; note how far it
-        moved its AUV's estimate (m).
+        """Hand over the fixes whose rows are due, each with the columns of table `fixes`; write how
+        far it moved the AUV's estimate (m).
 
-        The innovation and its normalised square are noted before: against what was believed of the
-        instant at which the fix holds.
+        Innovation and NIS are written before, against the estimate at the instant at which the fix
+        holds.
         """
         for row in due:
             fix = fixes[row] if row >= 0 else self._gnss.array[-1 - row]
@@ -375,7 +373,7 @@ class OwnNavigator:
                 told = raw(fix, self._receptions.array, self._levels)
             else:
                 told = in_words(fix, self._receptions.array)
-                told["error_m"] = np.nan  # nobody on board knows it
+                told["error_m"] = np.nan  # unknown on board
             answer = self._asked(self._navigator.correct, told, np.arange(len(told)))
             moved = self.estimate(auv, odometry)
             fix["correction_m"] = np.hypot(*(moved - was)[0])
@@ -384,7 +382,7 @@ class OwnNavigator:
                 self._note(fix, answer)
 
     def _note(self, fix: Row, answer: Any) -> None:
-        """Note what a navigator has told of a fix, in the place of what was noted around it."""
+        """Write what a navigator has returned about a fix in place of the values above."""
         found = self._asked(lambda: dict(answer)) if isinstance(answer, Mapping) else None
         known = found is not None and set(found) <= {"nis", "innovation_m", "refused"}
         if found is None or not known:
@@ -408,11 +406,11 @@ class OwnNavigator:
             fix["correction_m"] = nan
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
-        """Return where an AUV believed to be (n, 2), m, at the instants of its odometry."""
+        """Return an AUV's estimated positions (n, 2), m, at the instants of its odometry."""
         return self._checked("estimate", auv, odometry, 2)
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return how sure it was of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
         found = self._checked("covariance", auv, odometry, 3)
         if (found[:, :2] < 0.0).any():
             raise PluginError(

@@ -1,17 +1,17 @@
-"""What range rates say to an AUV: how fast it goes along the way to each ASV that heard it.
+"""Corrections by range rates: an AUV's velocity along the line of sight to each ASV that heard it.
 
-Dead reckoning tells a velocity w, that of the way just gone, turned to where the compass points
-now.  It errs by what moves its error e (:mod:`.belief`):
+Dead reckoning measures a velocity w, that of the last displacement, rotated to the compass heading
+of now.  Its error has the causes of the position error e (:mod:`.belief`):
 
     v = w - R b + c - (k + l J) (w - R b) - walk
 
-so that a range rate tells of velocity bias, current, stretch and turn along the line of sight, and
-a little of where that line is.  The walk of that way is noise of w, the same for all that have
-heard a ping, and it is in e as well: it is a state while these are taken in, one after the other.
+so that a range rate measures velocity bias, current, scale and rotation along the line of sight,
+and a little of the direction of that line.  The walk over that displacement is noise of w, the same
+for all ASVs that have heard a ping, and is in e as well: it is a state while the range rates are
+applied one after the other.
 
-It takes for granted that with a fix come the range rates of all ASVs that have heard its ping, and
-how fast each of these went; that the AUV knows how fast it sinks; and that a body that turns goes
-ahead as it did.
+Assumptions: with a fix come the range rates and velocities of all ASVs that have heard its ping;
+the AUV knows its vertical velocity; a body that rotates goes on ahead at the same speed.
 """
 
 from math import hypot, inf, isnan, sqrt
@@ -28,20 +28,20 @@ from ..vehicles.reckoning import DeadReckoned
 from .belief import Belief, Growth
 from .dead_reckoning import Reckoned, reckoned
 
-# The velocity is that of so long (s), or since the fix before, but not of less.  Of longer ways the
-# walk is less, and what a hull gains or loses of its speed is more.
+# The velocity is the mean over at most LONGEST_S, or since the fix before, at least SHORTEST_S (s).
+# Over longer times the walk matters less, and a hull's acceleration more.
 LONGEST_S, SHORTEST_S = 0.5, 0.05
 
-# The heading now is that of this long (s).
+# The heading of now is the mean over this time (s).
 NOW_S = 1e-3
 
-# What is nearer (m) lies in no direction.
+# An ASV at a smaller distance (m) has no direction.
 NEAREST_M = 1.0
 
 
 class Rates(NamedTuple):
-    """How range rates err: by a variance (m2/s2), and by a share of themselves (standard deviation)
-    by which the sound speed assumed may be wrong.
+    """The errors of range rates: a variance (m2/s2), and the relative error (standard deviation) of
+    the assumed sound speed.
     """
 
     variance: float
@@ -49,8 +49,8 @@ class Rates(NamedTuple):
 
 
 class Reckoning(NamedTuple):
-    """The velocity that dead reckoning tells (m/s) along x and y, the cosine and sine of the
-    heading by compass, and over how long a way (s) that is; 0: nothing is known.
+    """The velocity by dead reckoning (m/s) along x and y, the cosine and sine of the compass
+    heading, and the time (s) over which it was measured; 0: there is none.
     """
 
     x: float
@@ -62,7 +62,7 @@ class Reckoning(NamedTuple):
 
 @inlined
 def _velocity_told(auv: int, dr: DeadReckoned, since: float, reckoning: Reckoned) -> Reckoning:
-    """Return what dead reckoning tells of a velocity; `since` (s) the fix before held."""
+    """Return the velocity by dead reckoning; `since` (s) the fix before held."""
     begin = max(dr.time - LONGEST_S, since, 0.0)
     lasts = dr.time - begin
     if lasts < SHORTEST_S:
@@ -81,8 +81,8 @@ def _velocity_told(auv: int, dr: DeadReckoned, since: float, reckoning: Reckoned
 
 
 class Walked(NamedTuple):
-    """What dead reckoning tells of a velocity: that of its way less biases, and what is believed of
-    the velocity itself (m/s); the cosine and sine by which biases turn; and over how long (s).
+    """An AUV's velocity: by dead reckoning less biases, and estimated (m/s); the cosine and sine by
+    which biases rotate; and the time (s) over which it was measured.
     """
 
     wx: float
@@ -98,7 +98,7 @@ class Walked(NamedTuple):
 def _believed(
     auv: int, since: float, belief: Belief, dr: DeadReckoned, growth: Growth, reckoning: Reckoned
 ) -> Walked:
-    """Return what an AUV believes of its velocity; `since` (s) the fix before held."""
+    """Return an AUV's estimated velocity; `since` (s) the fix before held."""
     state, told = belief.state, _velocity_told(auv, dr, since, reckoning)
     ahead, aside = state[2], state[3]
     if growth.wandering > 0:
@@ -117,9 +117,9 @@ def _look_at(
     line: Row, fix: Row, own: Walked, belief: Belief, dr: DeadReckoned, growth: Growth,
     reckoning: Reckoned, rates: Rates, row: Floats,
 ) -> tuple[float, float]:  # fmt: skip
-    """Write by which `row` (k + 2,) a range rate goes with the states, and with the walk (m) of the
-    velocity told, which is what stands last; return how far (m/s) it is off what is believed of it,
-    and the variance of its noise (m2/s2), infinite where it says nothing.
+    """Write to `row` (k + 2,) the Jacobian of a range rate by the states and, last, by the walk (m)
+    of the velocity; return its innovation (m/s) and the variance of its noise (m2/s2), infinite if
+    it cannot be used.
     """
     row[:] = 0.0
     if line.outcome != HEARD or isnan(line.range_rate_m_per_s) or isnan(line.from_x_m):
@@ -151,9 +151,9 @@ def take_rates(
     fix: Row, receptions: Rows, since: float, belief: Belief, dr: DeadReckoned, growth: Growth,
     reckoning: Reckoned, rates: Rates,
 ) -> None:  # fmt: skip
-    """Correct a belief of the instant of a fix, in its place, by the range rates that come with it.
+    """Correct a belief of the instant of a fix, in place, by the fix's range rates.
 
-    `receptions` are those that the fix may be made of; `since` (s) the fix before it held.
+    `receptions` are the fix's; `since` (s) the fix before it held.
     """
     own = _believed(fix.auv, since, belief, dr, growth, reckoning)
     if own.lasts == 0.0:
@@ -162,7 +162,7 @@ def take_rates(
     moved, both = np.zeros(count + 2), np.zeros((count + 2, count + 2))
     row, gain = np.empty(count + 2), np.empty(count + 2)
     both[:count, :count] = spread
-    walk = growth.walk * own.lasts  # of which the error has had its part
+    walk = growth.walk * own.lasts  # which the error has in common
     for axis in range(2):
         k = count + axis
         both[k, k] = both[axis, k] = both[k, axis] = walk
@@ -195,11 +195,11 @@ def rate_sights(
     growth: Growth, reckoning: Reckoned, rates: Rates, rows: Floats, values: Floats,
     variances: Floats,
 ) -> None:  # fmt: skip
-    """Write what range rates of some receptions, `lines` (n,), say to who believes in something
-    of the instant of a fix, as sights (:class:`.smoothing.Sights`): `rows` (n, k), `values` (n,)
-    and `variances` (n,), of noise that none has in common with another.
+    """Write the range rates of some receptions, `lines` (n,), as sights about a belief of the
+    instant of a fix (:class:`.smoothing.Sights`): `rows` (n, k), `values` (n,) and `variances`
+    (n,), of independent noise.
 
-    That each has the walk in common with the error of its instant is left out.
+    The walk that each has in common with the error of its instant is left out.
     """
     own, count = _believed(fix.auv, since, belief, dr, growth, reckoning), belief.state.size
     row, common = np.empty(count + 2), np.zeros((lines.size, lines.size))

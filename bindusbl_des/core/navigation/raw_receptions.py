@@ -1,5 +1,5 @@
-"""Receptions as a navigator of somebody's own is given them that wants no fused fixes: a row for
-each vessel that has heard a ping, with what it measured and where it took itself to be.
+"""Receptions for a user-defined navigator that wants no fused fixes: a row for each ASV that has
+heard a ping, with its measurements and its own position.
 """
 
 from collections.abc import Callable
@@ -11,11 +11,11 @@ from ...support.arrays import Floats
 from ..records.events import HEARD
 from ..records.rows import NONE, Row, Rows
 
-# Numbers of vehicles and pings (NONE where there is none), and columns of numbers (NaN): instants
-# (s); the range, and the path of call and answer (m); the direction (deg), as of receptions; the
-# place that this vessel alone makes of it (m) with its covariance (m2); where the vessel, and the
-# one that called, took itself to be (m), how sure (m), and how fast it went (m/s); the range rate
-# (m/s); and levels (dB).
+# Columns, NONE or NaN where there is nothing: numbers of vehicles and pings; instants (s); the
+# range, and the path of call and answer (m); the direction (deg), as of receptions; the AUV's
+# position by this vessel alone (m) with its covariance (m2); the vessel's own position (m), its
+# standard deviation (m), the caller's position (m), the vessel's velocity (m/s) and the range rate
+# (m/s); levels (dB).
 WHOLE = ("ping", "auv", "asv", "broadcast_by")
 COVARIANCE = ("cov_xx_m2", "cov_yy_m2", "cov_zz_m2", "cov_xy_m2", "cov_xz_m2", "cov_yz_m2")
 NUMBERS = (
@@ -30,7 +30,7 @@ NUMBERS = (
 )
 RAW = np.dtype([*((name, "i8") for name in WHOLE), *((name, "f8") for name in NUMBERS)])
 
-# What columns of a reception are called here
+# Columns with the same name in receptions, and others with theirs
 SAME = (
     *("arrived_at_s", "azimuth_deg", "elevation_deg", "body_azimuth_deg", "body_elevation_deg"),
     *("range_rate_m_per_s", "ping", "asv"),
@@ -44,8 +44,8 @@ Levels = Callable[[Any], dict[str, Any]]
 
 
 def raw(fix: Row, receptions: Rows, levels: Levels) -> Any:
-    """Return what has been measured of a ping of which a fix is made, a record array (k,),
-    :data:`RAW`; of a fix by GNSS its place alone, in one row.
+    """Return the measurements of a fix's ping, a record array (k,), :data:`RAW`; of a GNSS fix its
+    position alone, in one row.
 
     `levels` as of :meth:`..acoustics.channel.Receiver.levels`.
     """
@@ -76,7 +76,7 @@ def raw(fix: Row, receptions: Rows, levels: Levels) -> Any:
 
 
 def _note_places(told: Any, heard: Rows) -> None:
-    """Write ranges and places of receptions of which it is known what was measured."""
+    """Write ranges and positions of receptions whose measurements are known."""
     for k in np.flatnonzero(~np.isnan(heard["range_m2"]) & ~np.isnan(heard["from_x_m"])):
         line, row = heard[k], told[k]
         here = np.array([line[f"from_{axis}_m"] for axis in "xyz"])
@@ -97,7 +97,7 @@ def _note_places(told: Any, heard: Rows) -> None:
 
 
 def _covariance(line: Row, ahead: Floats, range_m2: float) -> Floats:
-    """Return the covariance (3, 3), m2, of a place so far ahead (3,), m, of a vessel."""
+    """Return the covariance (3, 3), m2, of a position `ahead` (3,), m, of a vessel."""
     reach = max(float(np.linalg.norm(ahead)), 1e-9)
     along = ahead / reach
     level = float(np.hypot(along[0], along[1]))

@@ -1,6 +1,6 @@
-"""A navigator that knows better afterwards: estimates from the fixes of before and after.
+"""A navigator whose estimates are smoothed: from fixes of before and after.
 
-What an AUV does while it is under way, it does by the filter; what is told of it later is smoothed.
+During the mission an AUV acts on its filter; estimates that are asked for later are smoothed.
 """
 
 from collections.abc import Iterator
@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 
 from ...support.arrays import Floats, Ints
 from ..records.rows import FIX, Rows
-from .belief import NONE, Belief, Growth, begun_at, on_circle
+from .belief import NO_NUMBERS, Belief, Growth, begun_at, on_circle
 from .dead_reckoning import DeadReckoning, Odometry
 from .fix_update import said_of_all
 from .navigators import LinearNavigator
 from .smoothing import Sights, filtered, smooth
 
-# So many instants are smoothed at once: each has two matrices of all states.
+# Most instants that are smoothed at once: each has two matrices of all states.
 MOST_INSTANTS = 20_000
 
-# All fixes are expanded about what is smoothed until no place moves by more than this share of what
-# it is unsure of, but not more often than that.
+# All fixes are expanded again about the smoothed positions until no position moves by more than
+# NEAR times its standard deviation, at most MOST_PASSES times.
 NEAR, MOST_PASSES = 0.1, 4
 
 # No fixes, by their numbers
@@ -30,17 +30,15 @@ NOTHING = np.zeros(0, dtype=np.int64)
 
 
 class SmoothedTrack(NamedTuple):
-    """Places (n, 2), m, that an AUV believes to have been at, and their covariances xx, yy, xy
-    (n, 3), m2.
-    """
+    """Estimated positions (n, 2), m, of an AUV, and their covariances xx, yy, xy (n, 3), m2."""
 
     places: Floats
     covariances: Floats
 
 
 class FixHistory(NamedTuple):
-    """Fixes (n,), what they have of m common errors (n, 2, 4 m + 2), and the covariance xx, yy, xy
-    (n, 3), m2, that is not due to these, as :class:`..records.rows.Jacobians` has both.
+    """Fixes (n,), their Jacobians by m common errors (n, 2, 4 m + 2), and the remaining covariance
+    xx, yy, xy (n, 3), m2, as of :class:`..records.rows.Jacobians`.
     """
 
     rows: Rows
@@ -48,13 +46,14 @@ class FixHistory(NamedTuple):
     noise: Floats
 
     def of(self, which: Ints) -> "FixHistory":
-        """Return some of them, by their numbers."""
+        """Return some of them, by their indices."""
         return FixHistory(self.rows[which], self.common[which], self.noise[which])
 
 
-class Told(NamedTuple):
-    """All that fixes (n,) say, as m sights: of which fix each is, `owners` (m,), two of each fix
-    first; the receptions of the range rates that follow; and since when (s) no fix held, (n,).
+class FixSights(NamedTuple):
+    """Fixes (n,) as m sights: the index of the fix of each, `owners` (m,), first two sights of each
+    fix; the receptions of the range rates that follow (:meth:`LinearNavigator.rated`); and the
+    instants (s) of the fixes before, (n,).
     """
 
     sights: Sights
@@ -64,10 +63,10 @@ class Told(NamedTuple):
 
 
 class Smoother:
-    """A Kalman navigator for afterwards: an estimate knows the fixes delivered up to a lag later.
+    """A Kalman smoother: an estimate uses the fixes delivered up to a lag later.
 
-    Autopilots steer by its filter, whose innovations and gate are noted with the fixes; those that
-    the gate has refused are left out, those too late for their place in the filter are not.
+    Autopilots steer by its filter, whose innovations and gate are written to the fixes; fixes that
+    the gate refused are left out, fixes too late for the filter's memory are not.
     """
 
     def __init__(
@@ -78,7 +77,7 @@ class Smoother:
         first: Belief,
         lag_s: float | None = None,
     ) -> None:
-        """Take the filter, and what it was made of; `lag_s` None: the whole mission."""
+        """Take the filter, its dead reckoning, growth and first belief; `lag_s` None: no limit."""
         self._filter, self._reckoning = navigator, reckoning
         self._growth, self._first = growth, first
         self._lag = inf if lag_s is None else lag_s
@@ -86,7 +85,7 @@ class Smoother:
         self._latest: tuple[object, SmoothedTrack] | None = None
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes whose rows are due; note what the filter makes of them."""
+        """Apply the fixes whose rows are due to the filter, and store them."""
         self._filter.correct(fixes, due)
         by_gnss, common = due < 0, self._filter.common
         rows = np.array(fixes[np.where(by_gnss, 0, due)])
@@ -102,15 +101,15 @@ class Smoother:
         self._latest = None
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
-        """Return where an AUV believes to have been (n, 2), m, at the instants of its odometry."""
+        """Return an AUV's estimated positions (n, 2), m, at the instants of its odometry."""
         return self._believed(auv, odometry).places
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return how sure it is of that: variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
         return self._believed(auv, odometry).covariances
 
     def _believed(self, auv: int, odometry: Odometry) -> SmoothedTrack:
-        """Return what an AUV believes; the latest answer is kept, since it is asked for twice."""
+        """Return an AUV's smoothed track; the latest is cached, since it is asked for twice."""
         question = auv, odometry.times.tobytes()
         if self._latest is None or self._latest[0] != question:
             self._latest = question, self._worked_out(auv, odometry)
@@ -127,7 +126,7 @@ class Smoother:
         errors, last = np.full((len(valid), 2), nan), NOTHING
         for first, end in self._groups(times, delivered):
             is_delivered = delivered <= times[first] + self._lag
-            # no fix that is still to be smoothed for the first time is about an earlier instant
+            # fixes yet to be smoothed for the first time hold at later instants
             is_new = np.isnan(errors[:, 0])
             settled = min(float(times[first]), float(np.min(valid[is_new], initial=inf)))
             sure = is_open & ~is_new & (valid <= settled)
@@ -168,8 +167,8 @@ class Smoother:
         return fixes.of(own[np.argsort(fixes.rows["valid_at_s"][own], kind="stable")])
 
     def _groups(self, times: Floats, delivered: Floats) -> Iterator[tuple[int, int]]:
-        """Yield instants that know the same fixes, so many at most as memory bears: the first of
-        them, and the first that is none.
+        """Yield the begin and end of runs of instants that use the same fixes, as long as memory
+        allows.
         """
         known = np.searchsorted(np.sort(delivered), times + self._lag, side="right")
         changes = np.flatnonzero(np.diff(known, prepend=-1))
@@ -181,31 +180,31 @@ class Smoother:
         auv: int,
         begin: Belief,
         valid: Floats,
-        told: Told,
+        told: FixSights,
         which: NDArray[np.bool_],
-        times: Floats = NONE,
+        times: Floats = NO_NUMBERS,
     ) -> tuple[Odometry, Sights]:
-        """Return the odometry at some instants, at those of a belief and of some fixes, and at the
-        steps on the way to them; and the sights of these fixes.
+        """Return the odometry at some instants, of a belief, of some fixes, and at the steps in
+        between; and the sights of these fixes.
         """
         instants = np.unique(np.concatenate((begin.moment["at_s"], times, valid[which])))
         nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
         own, sights = np.flatnonzero(which[told.owners]), told.sights
-        if len(told.rated[0]):  # all of a fix together
+        if len(told.rated[0]):  # sort all sights of a fix together
             own = own[np.argsort(told.owners[own], kind="stable")]
         at = np.searchsorted(nodes.times, valid[told.owners[own]])
         return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
-    def _as_sights(self, auv: int, known: FixHistory) -> Told:
-        """Return fixes as two sights each, by the fixes' numbers: what they say along x, and what
-        they say along y less what its noise has in common with that along x; then range rates.
+    def _as_sights(self, auv: int, known: FixHistory) -> FixSights:
+        """Return fixes as two sights each, by the fixes' indices: along x, and along y less the
+        part whose noise is correlated with x; then range rates.
         """
         rows, states = known.rows, len(self._first.state)
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
         places = np.column_stack((rows["said_x_m"], rows["said_y_m"]))
         xx, yy, xy = rows["said_xx_m2"], rows["said_yy_m2"], rows["said_xy_m2"]
         common = known.common[:, :, :0]
-        if count := known.common.shape[2] // 4:  # expanded about what the filter has believed
+        if count := known.common.shape[2] // 4:  # expanded about the filter's estimates
             noise = np.column_stack((xx, yy, xy))
             at = np.column_stack((rows["x_m"], rows["y_m"]))
             believed, (errors, spread) = self._filter.estimate(auv, then), self._filter.latest(auv)
@@ -224,26 +223,26 @@ class Smoother:
         rated, since = self._filter.rated(rows), np.append(0.0, rows["valid_at_s"][:-1])
         owners = np.repeat(np.arange(len(rows)), 2)
         if not len(rated[0]):
-            return Told(sights, owners, rated, since)
+            return FixSights(sights, owners, rated, since)
         at_fixes, covariance = np.zeros((len(rows), states)), self._first.covariance
         at_fixes[:, :2] = then.position - self._filter.estimate(auv, then)
         unsure = np.broadcast_to(covariance, (len(rows), *covariance.shape)).copy()
         further = self._filter.expanded_rates(rows, since, rated, at_fixes, unsure)
         both = [np.concatenate(two) for two in zip(sights[1:], further, strict=True)]
-        return Told(
+        return FixSights(
             Sights(np.append(owners, rated[0]), *both), np.append(owners, rated[0]), rated, since
         )
 
     def _expand_anew(
         self, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
-        told: Told, which: Ints,
+        told: FixSights, which: Ints,
     ) -> None:  # fmt: skip
-        """Expand fixes, which these are of all, about what has been smoothed; write their sights.
+        """Expand the fixes `which` again about the smoothed states; write their sights.
 
-        The filter has expanded each about another place, the first about one that may be far off,
-        and holds what the second order adds for noise of each, which it is not.  Source: A. F.
-        Garcia-Fernandez, L. Svensson, S. Sarkka, Iterated Posterior Linearization Smoother, IEEE
-        Trans. Automatic Control 62(4), 2017.
+        The filter has expanded each about another position, the first about one that may be far
+        off, and treats the second-order terms as independent noise, which they are not.  Source: A.
+        F. Garcia-Fernandez, L. Svensson, S. Sarkka, Iterated Posterior Linearization Smoother, IEEE
+        Trans.  Automatic Control 62(4), 2017.
         """
         at = np.searchsorted(nodes.times, known.rows["valid_at_s"])
         said, common = self._filter.expanded(
@@ -265,7 +264,7 @@ class Smoother:
             sights.rows[own], sights.values[own], sights.variances[own] = further
 
     def _stepped(self, begin: Belief, instants: Floats) -> Floats:
-        """Return instants (s) with those between at which a belief must be stepped on."""
+        """Return instants (s) with the stops in between to which a belief must be carried."""
         if not np.isfinite(self._growth.step) or not instants.size:
             return instants
         first, last = float(begin.moment["at_s"][0]), float(instants[-1])
@@ -274,7 +273,7 @@ class Smoother:
 
 
 def _are_near(moved: Floats, spreads: Floats) -> bool:
-    """Tell whether places have moved (n, 2), m, by little of what they are unsure of (n, k, k)."""
+    """Return whether positions have moved (n, 2), m, little beside their covariances (n, k, k)."""
     unsure = spreads[:, 0, 0] + spreads[:, 1, 1]
     return bool((moved[:, 0] ** 2 + moved[:, 1] ** 2 <= NEAR**2 * unsure).all())
 
@@ -282,9 +281,9 @@ def _are_near(moved: Floats, spreads: Floats) -> bool:
 def _sights_of(
     off: Floats, common: Floats, states: int, xx: Floats, yy: Floats, xy: Floats
 ) -> Sights:
-    """Return two sights each of errors (n, 2), m, with noise xx, yy, xy (n,), m2: what is off along
-    x, and along y less what its noise has in common with that.  `common` (n, 2, k) is what fixes
-    have of the last k of all `states`.
+    """Return two sights for each of n errors (n, 2), m, with noise xx, yy, xy (n,), m2: along x,
+    and along y less the part whose noise is correlated with x.  `common` (n, 2, k) are the fixes'
+    Jacobians by the last k of all `states`.
     """
     slopes = np.zeros((len(off), 2, states))
     slopes[:, 0, 0] = slopes[:, 1, 1] = 1.0

@@ -1,10 +1,10 @@
-"""Beliefs about instants from what is known of before and after: a smoother for any states.
+"""A fixed-interval smoother for any states: estimates from measurements before and after.
 
-A filter goes through the instants forwards; a second pass goes back, carrying what later sights
-say about earlier states, so that no covariance is ever inverted: states that are known exactly, or
-are the same at all instants, need no special care.  In every linear case the result is that of
-least squares over all sights at once.  Source: G. J. Bierman, Fixed interval smoothing with
-discrete measurements, International Journal of Control 18(1), 1973 ("modified Bryson-Frazier").
+A filter goes forwards through the instants; a second pass goes back, with what later measurements
+say about earlier states, so that no covariance is ever inverted: exact or constant states need no
+special care.  In every linear case the result is the least-squares solution of all measurements at
+once.  Source: G. J. Bierman, Fixed interval smoothing with discrete measurements, International
+Journal of Control 18(1), 1973 ("modified Bryson-Frazier").
 """
 
 from math import exp
@@ -21,10 +21,10 @@ from .fix_update import joseph, write_seen
 
 
 class Sights(NamedTuple):
-    """m sights, single numbers that tell of k states, in the order in which they hold.
+    """m scalar measurements ("sights") of k states, in the order in which they hold.
 
-    Sight i holds at the instant `nodes[i]`, a number; it is `values[i]`, `rows[i]` (k,) times the
-    states and noise with `variances[i]`.
+    Sight i holds at the instant with index `nodes[i]`; `values[i]` is `rows[i]` (k,) times the
+    states plus noise with `variances[i]`.
     """
 
     nodes: Ints
@@ -34,24 +34,22 @@ class Sights(NamedTuple):
 
 
 class Smoothed(NamedTuple):
-    """What is believed at n instants of k states from all sights: states (n, k), and their
-    covariances (n, k, k).
-    """
+    """Estimates at n instants from all sights: states (n, k) and their covariances (n, k, k)."""
 
     states: Floats
     covariances: Floats
 
 
 def smooth(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> Smoothed:
-    """Return what all sights say about the instants of an odometry, which rise.
+    """Return the estimates from all sights at the rising instants of an odometry.
 
-    `first` is what is believed at or before the first of them.
+    `first` is a belief at or before the first of them.
     """
     return Smoothed(*_smooth(first, odometry, sights, growth))
 
 
 def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> Belief:
-    """Return the belief at the last instant of an odometry from the sights up to there."""
+    """Return the belief at the last instant of an odometry, from the sights up to there."""
     last = Belief(first.moment.copy(), first.state.copy(), first.covariance.copy())
     _filter(last, odometry, sights, growth)
     return last
@@ -59,7 +57,7 @@ def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) 
 
 @compiled
 def transition(belief: Belief, dr: DeadReckoned, growth: Growth, move: Floats) -> None:
-    """Write by what :func:`.belief.carry` multiplies small changes of the states: F (k, k)."""
+    """Write the Jacobian F (k, k) of :func:`.belief.carry` by the states."""
     way = way_since(expected(belief, growth), dr, growth.in_body)
     move[:] = 0.0
     for k in range(belief.state.size):
@@ -76,18 +74,17 @@ def transition(belief: Belief, dr: DeadReckoned, growth: Growth, move: Floats) -
 
 @inlined
 def _drive(move: Floats, k: int, ahead: float, aside: float) -> None:
-    """Let the states k and k + 1 change the error by R times them."""
+    """Let the states k and k + 1 add R times themselves to the error."""
     move[0, k], move[0, k + 1] = ahead, -aside
     move[1, k], move[1, k + 1] = aside, ahead
 
 
 @compiled
 def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Floats) -> float:
-    """Take a sight in, in the place of `belief`, by its row (1, k), that is `off` from what is
-    believed of it.
+    """Correct a belief, in place, by a sight with a row (1, k) and the innovation `off`.
 
-    Write its gain (1, k); return the variance of `off`.  A sight of what is known exactly, without
-    noise of its own, says nothing.
+    Write its gain (1, k); return the innovation's variance, 0 for a sight of an exact state without
+    noise, which is ignored.
     """
     state, spread, total = belief.state, belief.covariance, variance
     write_seen(gain, row, spread.T)
@@ -105,7 +102,7 @@ def absorb(belief: Belief, row: Floats, off: float, variance: float, gain: Float
 
 @compiled
 def _seen(belief: Belief, row: Floats, value: float) -> float:
-    """Return how far a sight by a row (1, k) is from what is believed of it."""
+    """Return the innovation of a sight with a row (1, k)."""
     for i in range(row.size):
         value -= row[0, i] * belief.state[i]
     return value
@@ -113,7 +110,7 @@ def _seen(belief: Belief, row: Floats, value: float) -> float:
 
 @compiled
 def _filter(own: Belief, odometry: Odometry, sights: Sights, growth: Growth) -> None:
-    """Take sights into a belief, in its place, and carry it to the last instant."""
+    """Correct a belief, in place, by sights, and carry it to the last instant."""
     gain, sight = np.empty((1, own.state.size)), 0
     for n in range(odometry.times.size):
         carry(own, dr_at(odometry, n), growth)
@@ -157,7 +154,7 @@ def _smooth(
 
 @compiled
 def _tell(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
-    """Have in the place of a filter's state and covariance what later sights make of them."""
+    """Replace a filter's state and covariance by the smoothed ones."""
     count = state.size
     product = np.zeros((count, count))  # P L
     for i in range(count):
@@ -176,8 +173,8 @@ def _tell(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
 def _unsee(
     later: Floats, sure: Floats, row: Floats, gain: Floats, off: float, total: float
 ) -> None:
-    """Have what is said about the state after a sight, said about that before it; its row and
-    gain (1, k).
+    """Replace the adjoint state and matrix after a sight by those before it; its row and gain (1,
+    k).
     """
     weighed = 0.0
     for i in range(row.size):
@@ -191,7 +188,7 @@ def _unsee(
 
 @compiled
 def _go_back(later: Floats, sure: Floats, move: Floats) -> None:
-    """Have what is said about a state, said about that before it was moved by F: F' l, F' L F."""
+    """Replace the adjoint state and matrix after a move F by those before it: F' l, F' L F."""
     count = later.size
     back, product = np.zeros(count), np.zeros((count, count))
     for i in range(count):

@@ -1,35 +1,35 @@
-"""AUVs that correct each other: what one measures of another, and whose knowledge that is.
+"""AUVs that correct each other by measurements of each other, with correlations taken into account.
 
 Theory of operation
 -------------------
-An AUV that measures how far, or in which direction, a peer is learns of its own place what the
-measurement says, less what it does not know of the peer's.  Beliefs are those of :mod:`.belief`;
-:class:`Joint` puts those of several AUVs side by side, with what they have in common; how they are
-carried and corrected is that of one AUV (:mod:`.correcting`).
+An AUV that measures the range or direction of a peer learns about its own position as much as the
+measurement tells, less the uncertainty of the peer's.  Beliefs are those of :mod:`.belief`;
+:class:`Joint` combines the beliefs of several AUVs with their correlations; it is carried and
+corrected like a single one (:mod:`.correcting`).
 
-`centralised`: one belief about all AUVs, which has every fix as it is delivered and every
-measurement as it is heard.  It is the bound: no team of this fleet knows more.
+`centralised`: one belief about all AUVs, which gets every fix as it is delivered and every
+measurement as it is decoded.  It is the bound: no team of this fleet knows more.
 
-`intersection`: each AUV has a belief of its own, and messages carry places with covariances.  What
-two AUVs know has partly the same origin, nobody knows how much of it.  So each keeps apart which
-part D of its covariance P others may have, too, and the rest, which nobody has.  A message makes
-what it says of the place, and what goes with that, common knowledge:
+`intersection`: each AUV has a belief of its own, and messages carry positions with covariances.
+Two AUVs' knowledge has partly the same origin, to an unknown extent.  So each AUV splits its
+covariance P into a part D that others may have, too, and the rest, which no other has.  A message
+makes the sender's position, and what is correlated with it, common knowledge:
 
-    D <- D + I_xp I_pp^-1 I_px,    I = P - D,  p the place, x all states
+    D <- D + I_xp I_pp^-1 I_px,    I = P - D,  p the position, x all states
 
-(what is left of I is uncorrelated with all that was sent).  Who hears it takes
+(the remaining I is uncorrelated with all that was sent).  An AUV that decodes the message takes
 
     P' = D / w + I,    D_j' = D_j / (1 - w)     for its own and the sender's share, 0 < w <= 1
 
-which is no overconfidence whatever both have in common, and w is that which leaves least.  What it
-has of the sender is common from then on.  Errors that all AUVs have from the start (a current, an
-array of a vessel, a bias that is known of all) are common at once.
+which is not overconfident whatever both have in common; w minimises the result.  What the AUV then
+knows by the sender is common from then on.  Errors that all AUVs have from the start (a current, an
+ASV's array, a bias that is known for all) are common at once.
 
-raw (`share`): messages carry measurements, all that the sender knows of, so that one that is lost
-is made good by the next.  Each AUV has a belief about all of them, from those that have come to it:
-what `centralised` would make of the same.
+raw (`share`): messages carry measurements, all that the sender has, so that the next message makes
+a lost one good.  Each AUV has a belief about all AUVs, from the measurements that have reached it:
+the result of `centralised` for these.
 
-`naive` takes a message for news: the same without D.  It is there to be compared with.
+`naive` treats a message as independent: the same without D. It is there for comparison.
 
 Sources: S. J. Julier, J. K. Uhlmann, A Non-divergent Estimation Algorithm in the Presence of
 Unknown Correlations, ACC 1997 (covariance intersection; split: General Decentralized Data Fusion
@@ -55,17 +55,17 @@ from .fix_update import Noise, Rule, take
 from .navigators import LinearNavigator
 from .smoothing import transition
 
-# So many times as many measurements are remembered where messages carry them.
+# Factor on the number of stored measurements where messages carry them
 MANY = 16
 
-# Shares w that are tried: most of what AUVs have in common is little, or nearly all.
+# Values of w that are tried: AUVs mostly have little in common, or nearly all.
 SHARES = np.array((0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.995))
 
 
-class Told(NamedTuple):
-    """What an AUV tells of itself: where it believed to be (2,), m, as it began to send (s), the
-    covariance (2, 2), m2, of that, and the part of it that others may have as well.  Or all the
-    measurements that it knows of, the first so many of its `log`.
+class SentBelief(NamedTuple):
+    """What an AUV's message says of it: its estimated position (2,), m, as it began to send (s),
+    the covariance (2, 2), m2, and the part of that which others may have as well.  With raw
+    messages: its measurements, the first `known` of its log.
     """
 
     sent_at_s: float
@@ -76,8 +76,8 @@ class Told(NamedTuple):
 
 
 class PeerErrors(NamedTuple):
-    """Errors of each AUV's own that its peers' measurements contain, as standard deviations: its
-    clock's (s, s/s) and the turn of its array (rad); 0: none, or nobody is told.
+    """Standard deviations of errors of each AUV's own in measurements between AUVs: its clock's (s,
+    s/s) and the misalignment of its array (rad); 0: none, or unknown to the filter.
     """
 
     clock_offset_sd_s: float
@@ -86,20 +86,19 @@ class PeerErrors(NamedTuple):
 
 
 class PeerSight(NamedTuple):
-    """What an AUV has measured of a sender, when it arrived and was decoded (s), and what it was
-    told.
+    """An AUV's measurement of a sender, when it arrived and was decoded (s), and the message.
 
-    A range (m) along ways between both: straight on, and of a call also back, between places that
-    are apart by so much more (m), `legs` (n, 2).  A bearing (rad, from x towards y), and how
-    steeply down it sees the sender (rad).  How much deeper that is (m).  Each has its variance;
-    NaN: it is not measured.
+    A range (m) is the mean over paths between both: direct, and for a call also back, where the
+    offset between the two differs by `legs` (n, 2), m.  A bearing (rad, from x towards y), and the
+    angle (rad) downwards to the sender.  The sender's depth minus the AUV's (m).  Each has its
+    variance; NaN: not measured.
     """
 
     auv: int
     sender: int
     valid_at_s: float
     heard_at_s: float
-    told: Told
+    told: SentBelief
     range_m: float
     range_m2: float
     bearing_rad: float
@@ -112,8 +111,8 @@ class PeerSight(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of a measurement: how far off it was (m, or what it is), its normalised square,
-    whether it was taken, and by which share w.
+    """The outcome of a measurement: its innovation (m, or its own unit), its NIS, whether it was
+    accepted, and the share w.
     """
 
     off: float
@@ -124,7 +123,7 @@ class Outcome(NamedTuple):
 
 class Common(NamedTuple):
     """What all AUVs of a fleet have in common: variances of the states (k,), and whether each is
-    driven by noise that is the same for all (k,).
+    driven by the same noise in all (k,).
     """
 
     variances: Floats
@@ -139,7 +138,7 @@ class FixOf(NamedTuple):
 
 
 class SharedAt(NamedTuple):
-    """An AUV tells all others what it believes."""
+    """The event that an AUV sends its belief to all others."""
 
     auv: int
 
@@ -148,7 +147,7 @@ Event = FixOf | SharedAt | PeerSight
 
 
 class Team(LinearNavigator):
-    """Kalman navigators of AUVs that hear each other; `fusion` as of the module."""
+    """Kalman navigators of AUVs that range each other; `fusion` as of the module."""
 
     def __init__(
         self, reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief,
@@ -156,17 +155,17 @@ class Team(LinearNavigator):
         gnss: EventBuffer, *, fusion: str, raw: bool, fleet: Common, errors: PeerErrors,
         every_s: float, sound_speed: float, columns: dict[str, int],
     ) -> None:  # fmt: skip
-        """Take what :class:`LinearNavigator` takes; whether messages carry measurements (`raw`),
-        what AUVs have in common, their own `errors`, how often (s) they tell each other what they
-        believe, the sound speed (m/s) that they assume, and at which of the states of what fixes
-        have in common the `clock` and the `sound_speed` begin, where they are told.
+        """Take the arguments of :class:`LinearNavigator`; whether messages carry measurements
+        (`raw`), what AUVs have in common (`fleet`), their own `errors`, the interval (s) of
+        messages, the assumed sound speed (m/s), and at which index of the errors in common `clock`
+        and `sound_speed` begin, if they are states.
         """
         super().__init__(
             reckoning, rule, growth, first, corrections, learnt, common, receptions, gnss
         )
         self.reckoning, self.rule, self.growth = reckoning, rule, growth
         self.count, self.size = len(corrections), len(first.state)
-        #: How all become less sure by noise that they have in common.
+        #: The growth by noise that all have in common.
         self.alike = growth._replace(
             walk=0.0, wander=growth.wander * fleet.driven[4], wandering=0,
             sds=growth.sds * fleet.driven[STATES:],
@@ -183,13 +182,13 @@ class Team(LinearNavigator):
             )
             for auv in everybody[: 1 if is_one else self.count]
         ]  # fmt: skip
-        #: Whose belief each AUV goes by; with one for all, each is of all of them.
+        #: The belief that each AUV uses; `centralised` has one for all.
         self._of = {auv: joints[0 if is_one else auv] for auv in everybody}
         self.raw, self._whose = raw, everybody if is_one else None
-        self._read: dict[tuple[int, int], int] = {}  # of whose log each has read how much
+        self._read: dict[tuple[int, int], int] = {}  # by reader and sender: entries read of its log
 
     def dr(self, auv: int, time: float) -> DeadReckoned:
-        """Return what an AUV's own sensors have told it by an instant (s)."""
+        """Return an AUV's dead reckoning at an instant (s)."""
         key = auv, time
         if key not in self._drs:
             if len(self._drs) > 4096:
@@ -206,7 +205,7 @@ class Team(LinearNavigator):
         return rows[at : at + 1]
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Take in the fixes whose rows are due; note innovation, its weight, and the change (m)."""
+        """Apply the fixes whose rows are due; write innovation, NIS and the change (m)."""
         self.fixes = fixes
         for number in due.tolist():
             fix = self.row(number)
@@ -217,8 +216,8 @@ class Team(LinearNavigator):
             fix["correction_m"] = moved if outcome.is_taken else nan
 
     def meet(self, sight: PeerSight) -> tuple[float, Outcome]:
-        """Take in what an AUV has measured of another, and was told; return how far (m) that moved
-        its estimate, and what became of the measurement.
+        """Apply an AUV's measurement of another; return how far (m) that moved its estimate, and
+        the outcome.
         """
         auv, sender, log = sight.auv, sight.sender, self._of[sight.sender].log
         begin = self._read.get((auv, sender), 0)
@@ -227,13 +226,15 @@ class Team(LinearNavigator):
             auv, sight.heard_at_s, *log[begin : sight.told.known], (sight.valid_at_s, sight)
         )
 
-    def told(self, auv: int, time: float) -> Told:
-        """Return what an AUV tells all others at an instant (s); from then on they have it, too."""
+    def told(self, auv: int, time: float) -> SentBelief:
+        """Return the belief that an AUV sends to all others at an instant (s), common from then
+        on.
+        """
         return self._of[auv].tell(auv, time)
 
     def _take(self, auv: int, now: float, *events: tuple[float, Event]) -> tuple[float, Outcome]:
-        """Take in measurements, each with the instant (s) that it is of; return what became of the
-        last of them.
+        """Apply measurements, each with the instant (s) at which it holds; return how far (m) the
+        estimate moved, and the outcome of the last.
         """
         joint, whose, address = self._of[auv], self._whose or [auv], self._known.address
         dr = self.dr(auv, now)
@@ -248,21 +249,21 @@ class Team(LinearNavigator):
 
 
 class Joint:
-    """What is believed of some AUVs together, and the last measurements, each of which a late one
-    may come before.
+    """A belief about several AUVs together, and the stored measurements, among which late ones are
+    inserted.
     """
 
     def __init__(
         self, team: Team, members: list[int], begun: Any, *, splits: bool, depth: int
     ) -> None:
-        """Begin with the beliefs `begun` of all AUVs; `splits`: others may have part of it.
+        """Begin with the beliefs `begun` of all AUVs; `splits`: D is tracked.
 
-        `depth` times as many measurements are remembered as of fixes alone.
+        `depth` times as many measurements are stored as of fixes alone.
         """
         self.team, self.members, self._splits = team, members, splits
         self._place = {auv: number for number, auv in enumerate(members)}
         n, k, sds = len(members), team.size, team.errors
-        #: Where the clock (s, s/s) and the turn of the array (rad) of each AUV begin, if anywhere.
+        #: Indices at which the AUVs' clocks (s, s/s) and misalignments (rad) begin, or NONE.
         self._clock, self._turn, sizes = NONE, NONE, list[float]()
         at = n * k
         if sds.clock_offset_sd_s or sds.clock_drift_sd:
@@ -288,7 +289,7 @@ class Joint:
         self._events: list[tuple[float, Event]] = []
         self._before: list[TeamBelief] = []
         self._most = REMEMBERED * n * (1 + splits) * depth
-        #: All measurements that have come here, in the order in which they did.
+        #: All measurements so far, in the order of their arrival.
         self.log: list[tuple[float, Event]] = []
         self._have: set[tuple[str, int, int, float]] = set()
 
@@ -296,13 +297,13 @@ class Joint:
         return slice(member * self.team.size, (member + 1) * self.team.size)
 
     def belief(self, auv: int, state: TeamBelief | None = None) -> Belief:
-        """Return what is believed of one AUV, a copy, after the last measurement."""
+        """Return a copy of the belief about one AUV, after the last measurement or of a `state`."""
         (moments, states, spread), a = (state or self._now).belief, self._place[auv]
         own = self._block(a)
         return Belief(moments[a : a + 1].copy(), states[own].copy(), spread[own, own].copy())
 
-    def tell(self, auv: int, time: float) -> Told:
-        """Return what an AUV believes of its place at an instant (s), and that it has told all."""
+    def tell(self, auv: int, time: float) -> SentBelief:
+        """Return the belief about an AUV's position at an instant (s), and mark it as sent."""
         state = _copied(self._now)
         self._carry(state, time)
         own, a = self._place_of(state, auv), self._place[auv]
@@ -311,18 +312,17 @@ class Joint:
         shared = state.shared[at, at].copy() if self._splits else np.zeros((2, 2))
         if self._splits:
             self.take((time, SharedAt(auv)))
-        return Told(time, own, spread, shared, len(self.log) * self.team.raw)
+        return SentBelief(time, own, spread, shared, len(self.log) * self.team.raw)
 
     def _place_of(self, state: TeamBelief, auv: int) -> Floats:
-        """Return where an AUV is believed to be (2,), m, at the instant of a state."""
+        """Return an AUV's estimated position (2,), m, at the instant of a state."""
         moments, states, _ = state.belief
         dr = self.team.dr(auv, float(moments["at_s"][0]))
         return np.array((dr.x, dr.y)) - states[self._block(self._place[auv])][:2]
 
     def take(self, *events: tuple[float, Event]) -> Outcome:
-        """Take in what is about some instants (s), each in its place, and anew what comes after it;
-        what is older than all that is remembered comes too late, what is known already is left out.
-        Return what became of the last.
+        """Insert measurements at their instants (s), and apply them and all later ones; one older
+        than all stored is too late, and a known one is left out.  Return the outcome of the last.
         """
         first, last = len(self._events), events[-1][1]
         for time, event in events:
@@ -350,7 +350,7 @@ class Joint:
         return outcome
 
     def _carry(self, state: TeamBelief, time: float) -> None:
-        """Carry a belief, in its place, to a later instant (s)."""
+        """Carry a belief, in place, to a later instant (s)."""
         carry_team(self.team._known.address, state, time, self.team.alike)
 
     def _apply(self, state: TeamBelief, event: Event) -> Outcome:
@@ -361,7 +361,7 @@ class Joint:
         return self._peer(state, event)
 
     def _share(self, state: TeamBelief, auv: int) -> Outcome:
-        """Let others have what an AUV knows of its place, and what goes with that."""
+        """Mark an AUV's position, and what is correlated with it, as common knowledge."""
         own = state.belief.covariance - state.shared
         at = slice(self._place[auv] * self.team.size, self._place[auv] * self.team.size + 2)
         goes_with = own[:, at]
@@ -369,7 +369,7 @@ class Joint:
         return Outcome(nan, nan, True)
 
     def _fix(self, state: TeamBelief, event: FixOf) -> Outcome:
-        """Take a fix in."""
+        """Apply a fix."""
         team, row = self.team, self.team.row(event.number)
         noise = np.array((row["sd_x_m"][0] ** 2, row["sd_y_m"][0] ** 2, row["cov_xy_m2"][0]))
         jacobians = np.zeros((2, 4 * team.common.columns + 2))
@@ -379,12 +379,12 @@ class Joint:
         return Outcome(*take_fix(address, row, noise, jacobians, state, a))
 
     def _peer(self, state: TeamBelief, sight: PeerSight) -> Outcome:
-        """Take in what an AUV has measured of another, by its range, its bearing, or both."""
+        """Apply an AUV's measurement of another: range, bearing, or both."""
         belief, shared = state.belief, state.shared
         a, size = self._place[sight.auv], len(belief.state)
         own, b = self._block(a), self._place.get(sight.sender)
         here = self._place_of(state, sight.auv)
-        back = np.zeros((2, size))  # by the peer's place as it sent, of what is believed here of it
+        back = np.zeros((2, size))  # Jacobian of the peer's position as it sent, if a member
         if b is None:
             there, away, more = sight.told.place, sight.told.spread, 0.0
         else:
@@ -392,7 +392,7 @@ class Joint:
             away = np.zeros((2, 2))
         mine = np.zeros((2, size))
         mine[:, own.start : own.start + 2] = -np.eye(2)
-        apart = mine - back  # by what both are believed to err, how far they are apart
+        apart = mine - back  # Jacobian of the offset between both
         spread = apart @ belief.covariance @ apart.T + away
         measured = list(_seen(here - there, spread, sight))
         if not measured:
@@ -425,8 +425,8 @@ class Joint:
         return Outcome(length, *found, share)
 
     def _sender(self, state: TeamBelief, auv: int, time: float) -> tuple[Floats, Floats, float]:
-        """Return where a member is believed to have been (2,), m, at an instant (s) before that of
-        a state; how that errs with all states (2, n); and what the way since adds (m2, per axis).
+        """Return a member's estimated position (2,), m, at an instant (s) before that of a state;
+        its Jacobian by all states (2, n); and the variance (m2, per axis) of the walk since then.
         """
         team, own = self.team, self._block(self._place[auv])
         belief, dr = self.belief(auv, state), team.dr(auv, time)
@@ -440,13 +440,13 @@ class Joint:
         return np.array((dr.x - error[0], dr.y - error[1])), back, team.growth.walk * abs(passed)
 
     def _by_errors(self, slopes: Floats, kind: str, sight: PeerSight) -> None:
-        """Write what errors of sound, clocks and arrays add to a range or a bearing."""
+        """Write the Jacobian of a range or bearing by errors of sound speed, clocks and arrays."""
         team, begin = self.team, self.team.size - self.team.common.columns
         own = self._block(self._place[sight.auv])
         if kind == "steep":
             return
         if kind == "bearing":
-            if team.growth.stretched:  # the compass that turns the way turns what is seen
+            if team.growth.stretched:  # the compass rotates the path and the bearing alike
                 slopes[own.start + team.growth.stretched + 1] += 1.0
             if self._turn >= 0:
                 slopes[self._turn + sight.auv] += 1.0
@@ -466,7 +466,7 @@ class Joint:
             slopes[at + 1] += sign * team.sound_speed * time
 
     def _gate(self, numbers: int) -> float:
-        """Return the gate of so many numbers at once: that of two passes as often."""
+        """Return the gate for so many numbers at once, with the pass rate of the gate for two."""
         gate = self.team.rule.gate
         if gate > 0.0 and numbers == 1:
             gate = NormalDist().inv_cdf(1.0 - exp(-gate / 2.0) / 2.0) ** 2
@@ -475,8 +475,8 @@ class Joint:
     def _best(
         self, state: TeamBelief, own: slice, slopes: Floats, noise: Floats, common: Floats
     ) -> float:
-        """Return the share w that leaves least: of the place until the next message, as far as its
-        velocity carries that.
+        """Return the share w that minimises the variance of the position until the next message,
+        moved on by its velocity.
         """
         covariance = state.belief.covariance
         weights = np.zeros(self.team.size)
@@ -502,12 +502,12 @@ def _copied(state: TeamBelief) -> TeamBelief:
 
 
 def _flat(noise: Floats) -> Noise:
-    """Return the noise of one or two numbers (n, n) as :func:`.fix_update.take` has it."""
+    """Return the noise (n, n) of one or two numbers in the form of :func:`.fix_update.take`."""
     return noise[0, 0], noise[-1, -1], noise[0, 1] if len(noise) > 1 else 0.0
 
 
 def _key(time: float, event: Event) -> tuple[str, int, int, float]:
-    """Return by what an event of an instant (s) is told from others."""
+    """Return the key that identifies an event at an instant (s)."""
     if isinstance(event, FixOf):
         return "fix", event.auv, event.number, time
     if isinstance(event, SharedAt):
@@ -516,8 +516,8 @@ def _key(time: float, event: Event) -> tuple[str, int, int, float]:
 
 
 class Seen(NamedTuple):
-    """A number that was measured of a peer: how far it is off from what is believed, its variance,
-    and how it changes with how far both are apart (2,).
+    """A number measured of a peer: its innovation, its variance, and its gradient by the offset
+    between both (2,).
     """
 
     kind: str
@@ -527,11 +527,11 @@ class Seen(NamedTuple):
 
 
 def _seen(apart: Floats, spread: Floats, sight: PeerSight) -> Iterator[Seen]:
-    """Yield what was measured of a peer from which an AUV is believed to be apart (2,), m, with a
+    """Yield the numbers measured of a peer at an estimated offset `apart` (2,), m, with a
     covariance (2, 2), m2.
 
-    To second order: where that is large beside the distance, ranges are longer on average, and a
-    direction says less.
+    To second order: where the covariance is large beside the distance, ranges are longer on
+    average, and a direction tells less.
     """
     if not isnan(sight.range_m):
         expects, gradient, bends = 0.0, np.zeros(2), np.zeros((2, 2))
@@ -553,7 +553,7 @@ def _seen(apart: Floats, spread: Floats, sight: PeerSight) -> Iterator[Seen]:
         off = (sight.bearing_rad - atan2(y, x) + np.pi) % (2 * np.pi) - np.pi
         bends = np.array(((2 * x * y, y * y - x * x), (y * y - x * x, -2 * x * y))) / square**2
         bent = bends @ spread
-        gradient = np.array((y, -x)) / square  # by `apart`, which points the other way
+        gradient = np.array((y, -x)) / square  # by `apart`, whose sign is the opposite
         off -= 0.5 * float(np.trace(bent))
         more = 0.5 * float(np.trace(bent @ bent))
         yield Seen("bearing", float(off), sight.bearing_rad2 + more, gradient)

@@ -1,20 +1,20 @@
-"""What a fix says to an AUV that believes in a place: its covariance lies across the way to there.
+"""Fixes expanded about an estimated position: their covariance lies across the line of sight to it.
 
-A direction errs more than a range, so that a fix is unsure across the line from its ASV.  Taken
-at the direction measured, that covariance errs as the fix itself does: a filter that weighs fixes
-by it puts each too near to its ASV by up to r tr(A), A the covariance of the direction (rad2), and
-all of them alike, which no number of fixes averages out.  So each measurement is taken where the
-AUV believes to be, whose error has nothing to do with that of the measurement.
+A direction is less precise than a range, so a fix is uncertain across the line from its ASV. Taken
+about the measured direction, that covariance has the fix's own error: a filter that weighs fixes by
+it puts each too near to its ASV, by up to r tr(A), A the covariance of the direction (rad2), and
+all of them alike, which no number of fixes averages out.  So each measurement is expanded about the
+AUV's estimate, whose error is independent of the measurement's.
 
-An AUV that is surer of the direction than the array compares range and direction with what it
-expects, to second order in its own error (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with
-Applications to Tracking and Navigation, 2001, sec. 10.3).  Another takes the place measured, made
-longer by 1 + tr(A) / 2 so that it has no bias, with its covariance across the direction believed
-in (S. Bordonaro, P. Willett, Y. Bar-Shalom, Decorrelated unbiased converted measurement Kalman
-filter, IEEE Trans. AES 50(2), 2014; the bias: D. Lerro, Y. Bar-Shalom, Tracking with debiased
-consistent converted measurements versus EKF, IEEE Trans. AES 29(3), 1993).
+An AUV that knows its direction better than the array measures it compares range and direction with
+its expectation, to second order in its own error (Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+Estimation with Applications to Tracking and Navigation, 2001, sec. 10.3).  Any other takes the
+measured position, lengthened by 1 + tr(A) / 2 so that it has no bias, with its covariance across
+the estimated direction (S. Bordonaro, P. Willett, Y. Bar-Shalom, Decorrelated unbiased converted
+measurement Kalman filter, IEEE Trans.  AES 50(2), 2014; the bias: D. Lerro, Y. Bar-Shalom, Tracking
+with debiased consistent converted measurements versus EKF, IEEE Trans.  AES 29(3), 1993).
 
-What several arrays have measured is put together there: the minimum-variance linear estimate.
+Measurements of several arrays are fused there: the minimum-variance linear estimate.
 """
 
 from math import atan2, hypot, isnan, sqrt
@@ -28,20 +28,20 @@ from ..records.events import HEARD
 from ..records.rows import Row, Rows
 from .fix_update import SURE, Said
 
-# Variance (m2) below that of any instrument, so that what is known exactly divides nothing by 0.
+# Variance (m2) below that of any instrument, added so that exact values divide nothing by 0.
 EXACT = 1e-8
 
 Vector = tuple[float, float, float]
 
-# What is nearer (m) is at the array, and lies in no direction.
+# A position nearer (m) is at the array, and has no direction.
 AT_THE_ARRAY = 1e-3
 
 
 class PingBelief(NamedTuple):
-    """Where an AUV believes to have been as it pinged: x, y, z (m), and the covariance of x and y
-    (its first two states), m2; where as it heard the call that it answers, if there was one, and
-    the variance (m2) of the way between the two along any direction; that of what errors in
-    `common` add to a fix, along x and y together.
+    """An AUV's estimate as it pinged: x, y, z (m), and the covariance of all states, x and y first
+    (m2); as it heard the call that it answers, if any, x, y, z (m), and the variance (m2) along any
+    direction of the displacement in between; the variance (m2) along x and y together that errors
+    in `common` add to a fix.
     """
 
     place: Vector
@@ -53,13 +53,13 @@ class PingBelief(NamedTuple):
 
 @compiled
 def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
-    """Return what the receptions of a ping say to an AUV that believes in a place; `table` is what
-    the fix says by itself, which is all there is where what was measured is not known, or where no
-    direction is believed in: at an array, or about a caller.  And whether it is a range and a
-    direction, in which errors in common are linear, not a place.
+    """Return the receptions of a ping as a fix expanded about an AUV's estimate, and whether it is
+    a range and a direction, in which errors in common are linear, rather than a position.  `table`
+    is the fix as in its table, which is returned where the measurements are not known, or where the
+    estimate has no direction: at an array, or at a caller.
 
-    The fourth unknown is what the way of the call is longer than believed (m), which is in the
-    whole way of all that hear its answer: the way in between, and the caller's own place.
+    The fourth unknown is the error (m) of the call's estimated path, which all hearers of the
+    answer have in common: by the displacement in between and the caller's own position.
     """
     both, count, polar = np.zeros((5, 4)), 0, False
     known, off = both[:4], both[4]
@@ -77,7 +77,7 @@ def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
     largest = known[0, 0] + known[1, 1] + known[2, 2]
     if known[3, 3] > 0.0:
         _leave_out(known, off, 3)
-    _leave_out(known, off, 2)  # how deep it is, nobody has asked
+    _leave_out(known, off, 2)  # the depth, which filters do not use
     xx, yy, xy = known[0, 0], known[1, 1], known[0, 1]
     determinant = xx * yy - xy * xy
     if not determinant > SURE * (xx + yy) * largest > 0.0:  # lost in rounding
@@ -89,8 +89,8 @@ def turned(receptions: Rows, table: Said, own: PingBelief) -> tuple[Said, bool]:
 
 @inlined
 def _is_beside(reception: Row, own: PingBelief) -> bool:
-    """Tell whether an AUV believes to be where an array is, or to have been no farther from the
-    caller than it is unsure of: neither lies in a direction.
+    """Return whether an AUV's estimate is at an array, or no farther from the caller than its own
+    uncertainty: neither has a direction.
     """
     (x, y, z), spread = own.place, own.spread
     x, y, z = x - reception.from_x_m, y - reception.from_y_m, z - reception.from_z_m
@@ -108,7 +108,7 @@ def _is_beside(reception: Row, own: PingBelief) -> bool:
 
 @inlined
 def _leave_out(known: Floats, off: Floats, last: int) -> None:
-    """Leave the last of some unknowns out of the information about them."""
+    """Eliminate the last of some unknowns from their information."""
     for i in range(last):
         share = known[i, last] / known[last, last]
         off[i] -= share * off[last]
@@ -117,8 +117,8 @@ def _leave_out(known: Floats, off: Floats, last: int) -> None:
 
 
 class Axes(NamedTuple):
-    """The way from an array to where an AUV believes to be: unit vectors along it (s), level across
-    it (e; its z is 0), and across both (d); how long it is (m), and the share of it that is level.
+    """The line of sight from an array to an AUV's estimate: unit vectors along it (s), horizontal
+    across it (e; its z is 0), and across both (d); its length (m), and its horizontal share.
     """
 
     s: Vector
@@ -144,8 +144,8 @@ def _axes(reception: Row, place: Vector) -> Axes:
 
 
 class Unsure(NamedTuple):
-    """How unsure an AUV is of where it is to an array: variances along s, e, d of :class:`Axes`,
-    and the covariances of two of them (m2).
+    """The covariance of an AUV's position relative to an array, along s, e, d of :class:`Axes`:
+    variances and covariances (m2).
     """
 
     ss: float
@@ -158,7 +158,9 @@ class Unsure(NamedTuple):
 
 @inlined
 def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
-    """Turn the covariance of x and y; the array's own place is `vague` (m2) along each axis."""
+    """Rotate the covariance of x and y; the array's position has a variance `vague` (m2) per
+    axis.
+    """
     (x, y, _), (ex, ey), (dx, dy, _) = axes.s, axes.e, axes.d
     xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
     return Unsure(
@@ -175,8 +177,8 @@ def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
 def _less_the_call(
     reception: Row, own: PingBelief, measured: float, s: Vector, range_m2: float
 ) -> tuple[float, Vector, float]:
-    """Return what is left of a way (m) that was measured there and back without that of the call,
-    to second order; by which the whole grows with the place; and the variance of it (m2).
+    """Return a two-way path length (m) less the call's path, to second order; its gradient by
+    position; and its variance (m2).
     """
     spread, vague = own.spread, reception.from_m2
     x, y = own.called[0] - reception.caller_x_m, own.called[1] - reception.caller_y_m
@@ -194,11 +196,11 @@ def _less_the_call(
 
 @compiled
 def _add(reception: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
-    """Add the information of a reception (4, 4), 1/m2, and how far it is off the place by it; tell
-    whether it was compared as a range and a direction.
+    """Add the information (4, 4), 1/m2, of a reception, and its innovation; return whether it was
+    compared as a range and a direction.
 
-    J^T W J and J^T W r, where r is how far the measurement is off what is believed along s, e and d
-    of :class:`Axes`, W the inverse of its covariance, and J has s, e and d by x, y, z and the call.
+    They are J^T W J and J^T W r, with the innovation r along s, e and d of :class:`Axes`, the
+    inverse W of its covariance, and the derivatives J of s, e and d by x, y, z and the call's path.
     """
     axes = _axes(reception, own.place)
     (sx, sy, sz), (ex, ey), (dx, dy, dz), reach, level = axes
@@ -220,11 +222,11 @@ def _add(reception: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
         reception.steep_rad2,
     )
     both_rad2 = reception.both_rad2
-    # so unsure is which way is level: near the vertical any way may be
+    # near the vertical the horizontal direction is uncertain: it mixes both variances
     swapped = min(ee / max(square * level * level, EXACT), 0.5)
     e_rad2, d_rad2 = e_rad2 + swapped * (d_rad2 - e_rad2), d_rad2 + swapped * (e_rad2 - d_rad2)
     e_m2, d_m2, both_m2 = square * e_rad2 + vague, square * d_rad2 + vague, square * both_rad2
-    # surer of the direction than the array is
+    # the AUV knows the direction better than the array measures it
     polar = bool(ee + dd < square * (e_rad2 + d_rad2) + own.common)
     if polar:
         across = hypot(off_e, off_d)

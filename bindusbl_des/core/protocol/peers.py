@@ -24,7 +24,7 @@ import numpy as np
 
 from ...support.arrays import Floats
 from ...support.streams import Purpose, Streams
-from ..navigation.team import PeerSight, Team, Told
+from ..navigation.team import PeerSight, SentBelief, Team
 from ..records.events import PeerRange
 from ..records.rows import Recorder
 from ..scenario.families import PeerTraits
@@ -73,7 +73,7 @@ class PeerMessage:
     by its own dead reckoning since, (2,).
     """
 
-    told: Told
+    told: SentBelief
     depth_m: float
     asked_at_s: float = nan
     heard_at_s: float = nan
