@@ -191,6 +191,8 @@ class Peers:
                 len(self.record.peer_ranges), auv, heard.sender, said.told.sent_at_s, came, now,
                 range_m, range_m - away, range_sd, _degrees(seen.bearing, 0.0),
                 _degrees(off, -180.0), float(np.degrees(seen.bearing_sd)),
+                float(np.degrees(seen.steep)), float(np.degrees(seen.steep_sd)),
+                said.depth_m - depth,
                 outcome.off, moved if outcome.is_taken else nan, outcome.nis, outcome.share,
             )
         )  # fmt: skip
