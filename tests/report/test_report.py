@@ -601,4 +601,39 @@ def test_a_page_shows_which_vehicle_had_which_ones_signals(heard: dict[str, Any]
     assert names[drawn["from"].astype(int)].tolist() == senders.tolist()
     assert names[drawn["to"].astype(int)].tolist() == came.listener.tolist()
     assert np.abs(drawn["at"] - came.arrived_at_s).max() < 1e-4
+    assert [drawn["kinds"][int(kind)] for kind in drawn["kind"]] == (
+        tables["signals"].kind.to_numpy()[came.signal.astype(int)].tolist()
+    )
     assert page_data(simulate(scenario(duration_s=5.0), 1))["signals"] is None
+
+
+def test_a_page_shows_relays_acknowledgements_and_data() -> None:
+    """Relays at the AUVs that they reach, acknowledgements at ASVs, data where it was delivered."""
+    exchanged = {"acknowledge": "frame", "relay": {"hops": 1}}
+    asked = scenario(
+        duration_s=30.0,
+        protocol=exchanged,
+        traffic={"bytes": 8, "every_s": 5.0},
+        acoustics={"hf": {"bit_rate_bps": 8000.0}},
+    )
+    result = simulate(asked, 1)
+    drawn, tables = page_data(result)["signals"], result.tables
+    frames, met, packets = (tables[n] for n in ("auv_frames", "auv_frame_receptions", "packets"))
+    met = met[(met.outcome != "out_of_range") & met.arrived_at_s.notna()]
+    kinds = frames.kind.to_numpy()[met.auv_frame.astype(int)]
+    of_auvs = met.listener.str.startswith("AUV").to_numpy()
+    expected = {
+        "relay": int(((kinds == "relay") & of_auvs).sum()),
+        "acknowledgement": int(((kinds == "acknowledgement") & ~of_auvs).sum()),
+        "data": int((packets.outcome == "delivered").sum()),
+    }
+    found = np.array(drawn["kinds"])[drawn["kind"].astype(int)]
+    assert {kind: int((found == kind).sum()) for kind in expected} == expected
+    assert min(expected.values()) > 3
+    assert (np.diff(drawn["at"]) >= 0.0).all()
+    data = found == "data"
+    assert (drawn["from"][data] < 3).all()
+    assert (drawn["to"][data] >= 3).all()
+    delivered = packets[packets.outcome == "delivered"]
+    began = np.sort(delivered.delivered_at_s - delivered.airtime_s)
+    assert np.abs(drawn["at"][data] - began).max() < 1e-4

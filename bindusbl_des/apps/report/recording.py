@@ -3,6 +3,7 @@
 With passive ranging a ping of an ASV is a chance of each AUV to be fixed.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -91,8 +92,8 @@ class Recording:
     what became of each ping, `nearest` how far (m) the nearest ASV that works, as HF range counts,
     `metrics` what came of it all.
 
-    `signals` are those that came to a vehicle, a row for each of these, by number: AUVs come first;
-    none where vehicles send no signals.
+    `signals` are what came to a vehicle beside pings and broadcasts, a row for each of these, by
+    number: AUVs come first; none where vehicles send nothing else.
 
     With passive ranging each AUV has a row of `pings` for each ping of an ASV, its own chance to be
     fixed; `receptions` count these rows.
@@ -199,26 +200,62 @@ def _events(result: "Result", name: str) -> Columns:
 
 
 def _signals(result: "Result") -> Columns:
-    """Return which signals came to which vehicles, when (s), and what became of them there."""
-    if "signals" not in result.arrow:
+    """Return which vehicle had what another sent beside pings and broadcasts, when (s), and what
+    became of it there: signals, frames that AUVs forward to others or acknowledge to ASVs, and the
+    data that came to an ASV.
+    """
+    parts = [*_sent(result, "signal", "sender"), *_sent(result, "auv_frame", "auv")]
+    if "packets" in result.arrow:
+        packets = numpy_columns(result.arrow["packets"])
+        came = packets["outcome"] == "delivered"
+        rows = {name: column[came] for name, column in packets.items()}
+        heard, data = np.full(came.sum(), "heard"), np.full(came.sum(), "data")
+        end = rows["delivered_at_s"].astype(np.float64)
+        arrived = end - rows["airtime_s"].astype(np.float64)
+        parts.append((data, rows["auv"], rows["delivered_to"], rows["sent_at_s"], arrived, heard))
+    if not parts:
         return {}
-    sent, came = _events(result, "signals"), _events(result, "signal_receptions")
-    own = ~np.isnan(came["signal"].astype(np.float64)) & (came["outcome"] != "out_of_range")
-    own &= ~np.isnan(came["arrived_at_s"])
-    number = came["signal"][own].astype(np.int64)
+    kind, sender, listener, sent, arrived, outcome = map(np.concatenate, zip(*parts, strict=True))
     auvs = result.scenario.auvs.count
 
     def vehicles(names: NDArray[Any]) -> Ints:
         return np.array([int(name[3:]) + auvs * name.startswith("ASV") for name in names], np.int64)
 
     return {
-        "signal": number,
-        "sender": vehicles(sent["sender"])[number],
-        "listener": vehicles(came["listener"][own]),
-        "sent_at_s": sent["sent_at_s"][number],
-        "arrived_at_s": came["arrived_at_s"][own],
-        "outcome": came["outcome"][own],
+        "kind": kind,
+        "sender": vehicles(sender),
+        "listener": vehicles(listener),
+        "sent_at_s": sent.astype(np.float64),
+        "arrived_at_s": arrived.astype(np.float64),
+        "outcome": outcome,
     }
+
+
+# Who listens to frames of AUVs; all hear all signals.
+LISTENING = {"relay": "AUV", "acknowledgement": "ASV"}
+
+
+def _sent(result: "Result", one: str, sender: str) -> Iterator[tuple[NDArray[Any], ...]]:
+    """Yield kinds, senders, listeners, instants (s) of sending and arrival, and outcomes of what
+    came to whom it is for, by the table of each `one` sent and that of its receptions.
+    """
+    if f"{one}s" not in result.arrow:
+        return
+    sent, came = (numpy_columns(result.arrow[name]) for name in (f"{one}s", f"{one}_receptions"))
+    own = ~np.isnan(came[one].astype(np.float64)) & (came["outcome"] != "out_of_range")
+    own &= ~np.isnan(came["arrived_at_s"].astype(np.float64))
+    number = np.full(len(own), -1)
+    number[own] = came[one][own].astype(np.int64)
+    if one == "auv_frame":
+        own &= [
+            listener.startswith(LISTENING[kind])
+            for listener, kind in zip(came["listener"], sent["kind"][number], strict=True)
+        ]
+    rows = {name: sent[name][number[own]] for name in ("kind", sender, "sent_at_s")}
+    yield (
+        rows["kind"], rows[sender], came["listener"][own], rows["sent_at_s"],
+        came["arrived_at_s"][own], came["outcome"][own],
+    )  # fmt: skip
 
 
 def _fates(pings: int, receptions: Columns, fixes: Columns, of: Ints) -> Ints:

@@ -248,13 +248,17 @@ def _broadcasts(mission: Recording, packer: Packer) -> dict[str, Any]:
 
 
 def _signals(mission: Recording, packer: Packer) -> dict[str, Any]:
-    """Pack which vehicle had which one's signals, and what became of them, as they arrived; of too
-    many those of every k-th.
+    """Pack which vehicle had what of which other, and what became of that, as it arrived; of too
+    many each k-th that was sent.
     """
     signals = mission.signals
-    kept = signals["signal"] % _step(len(signals["signal"]), MOST_RECEPTIONS) == 0
+    kinds = sorted(set(signals["kind"]))
+    _, sent = np.unique(signals["sent_at_s"], return_inverse=True)
+    kept = sent % _step(len(sent), MOST_RECEPTIONS) == 0
     order = np.flatnonzero(kept)[np.argsort(signals["arrived_at_s"][kept], kind="stable")]
     return {
+        "kinds": kinds,
+        "kind": packer.add(_numbers(signals["kind"][order], kinds)),
         "from": packer.add(signals["sender"][order]),
         "to": packer.add(signals["listener"][order]),
         "sent": packer.add(signals["sent_at_s"][order], quantum=TENTH_OF_MS),

@@ -4,7 +4,7 @@
 const LAYERS = [
   ["plan", "planned path"], ["truth", "true path"], ["fused", "fused estimate"], ["sure", "95 % ellipse of the estimate"], ["imu", "IMU only"],
   ["hf", "HF range"], ["mf", "MF range"], ["pings", "pings and what became of them"],
-  ["downlink", "broadcasts and fixes"], ["signals", "signals, from who sends to who hears"],
+  ["downlink", "broadcasts and fixes"], ["signals", "signals, relays, data: from who sends to who hears"],
 ];
 
 // Those of a mission, and what they are called in it: no band that nothing is sent on, and no range
@@ -395,9 +395,9 @@ class SeaMap {
       }
     }
   }
-  // What vehicles say to each other, as it arrives.
+  // What vehicles say to each other, as it arrives; its kind stands beside who says it.
   drawSignals(context) {
-    const { signals, auvs, outcomes } = this.mission, linger = this.linger(), most = MOST_RINGS * (auvs.length + 1);
+    const said = new Set(), { signals, auvs, outcomes } = this.mission, linger = this.linger(), most = MOST_RINGS * (auvs.length + 1);
     const where = (vehicle, t) => vehicle < auvs.length ? this.mission.auvAt(vehicle, t) : this.mission.asvAt(vehicle - auvs.length, t);
     const latest = above(signals.at, this.now) - 1;
     for (let i = latest; i >= 0 && i > latest - most && this.now - signals.at[i] < linger; i--) {
@@ -409,6 +409,11 @@ class SeaMap {
       context.globalAlpha = 1 - (this.now - signals.at[i]) / linger;
       this.pointed(context, colour, x1, y1, x2, y2, outcome === "heard" ? [] : [5, 4]);
       if (outcome !== "heard") this.sign(context, outcome, x1 + 0.8 * (x2 - x1), y1 + 0.8 * (y2 - y1), colour);
+      if (!said.has(signals.from[i])) { // the latest of each
+        said.add(signals.from[i]);
+        context.fillStyle = colour;
+        context.fillText(signals.kinds[signals.kind[i]], x1 + 10, y1 - 8); // above its name
+      }
       context.restore();
     }
   }
