@@ -285,6 +285,24 @@ def test_hops_have_turns_of_their_own() -> None:
     assert fixes_of(once).outcome[2] == "out_of_range"
 
 
+def test_a_slot_is_known_by_the_frame_that_another_forwards() -> None:
+    """AUV1 hears no ASV: of frames that name its slots it decodes those that AUV0 forwards, and
+    pings in the second slot of each round; else after the first, which was agreed, in none.
+    """
+    told = {"knowledge": {"model": "broadcast", "missed": "silent"}, "positions": "last_fix"}
+    pings = {}
+    for relay in ({}, {"relay": {"hops": 1}}):
+        tables = simulate(held(NEAR, FAR, duration_s=9.0, protocol={**told, **relay})).tables
+        own = tables["assignments"].query("auv == 'AUV1'").outcome.tolist()
+        pings[bool(relay)] = tables["pings"].query("auv == 'AUV1'").sent_at_s.tolist()
+        assert set(own[1:]) == {"known" if relay else "missed"}
+    assert pings[False] == [slot_s()]
+    frame = (8 + 2 * 2 + 2 * 16) * 0.008  # two slots and two fixes
+    round_s = 2 * slot_s() + frame + 2 * (frame + 2 * WAY) + GUARD
+    assert pings[True] == pytest.approx([k * round_s + slot_s() for k in range(len(pings[True]))])
+    assert len(pings[True]) == 7
+
+
 def test_only_those_who_are_asked_forward() -> None:
     found = simulate(held(NEAR, FAR, protocol={"relay": {"who": [1]}}))
     assert fixes_of(found).outcome[1] == "out_of_range"

@@ -157,6 +157,52 @@ def test_signals_of_programs_are_lost_as_well() -> None:
     assert (result.tables["signal_receptions"].why == "doppler").any()
 
 
+def test_data_and_frames_of_auvs_are_lost_as_well() -> None:
+    """Where the way changes faster than the limit, by the tracks; data only for that reason."""
+    keys = {
+        "duration_s": 120.0,
+        "traffic": {"bytes": 16, "every_s": 4.0},
+        "protocol": {"relay": {"hops": 1}},
+        "asvs": {"formation": {"model": "ring", "radius_m": 50.0}},
+        "record": {"tracks_hz": 10.0},
+    }
+    hf = {"bit_rate_bps": 4000.0, "range_m": 200.0}
+    heard = {}
+    for limit in (None, 0.4):
+        channel = {"model": "disc", "doppler_limit_m_per_s": limit}
+        acoustics = {
+            "loss": {"law": "none"},
+            "hf": {**hf, "channel": channel},
+            "mf": {"channel": channel},
+        }
+        result = simulate(scenario(**keys, acoustics=acoustics), 1)
+        heard[limit] = result.tables["packets"].heard_by.to_numpy()
+    assert set(heard[None]) == {3}  # all vessels
+    assert (heard[0.4] < 3).mean() > 0.2
+    met = result.tables["auv_frame_receptions"]
+    frames = result.tables["auv_frames"].iloc[met.auv_frame]
+    tracks = dict(list(result.tables["tracks"].groupby("vehicle")))
+
+    def place(vehicle: str, time: float) -> np.ndarray:
+        rows = tracks[vehicle]
+        return np.array(
+            [np.interp(time, rows.time_s, rows[axis]) for axis in ("x_m", "y_m", "z_m")]
+        )
+
+    rates = {"doppler": [], "heard": []}
+    for sender, time, row in zip(frames.auv, frames.sent_at_s, met.itertuples(), strict=True):
+        away = [
+            np.linalg.norm(place(sender, at) - place(row.listener, at))
+            for at in (time - 0.05, time + 0.05)
+        ]
+        word = row.outcome if row.outcome == "heard" else row.why
+        if word in rates and time > 0.1:
+            rates[word].append(abs(away[1] - away[0]) / 0.1)
+    assert min(map(len, rates.values())) > 20
+    assert min(rates["doppler"]) > 0.38
+    assert max(rates["heard"]) < 0.42
+
+
 def test_a_modem_states_its_limit() -> None:
     """The data sheet of uWAVE states 1 m/s; a limit that is given wins."""
     keys = {"auvs": {"speed_m_per_s": 1.5}}
