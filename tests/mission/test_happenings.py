@@ -84,8 +84,11 @@ NAMES = [*MISSIONS, "colliding", "colliding_direct", "twice"]
 
 
 def kinds_of(name: str) -> list[str]:
-    """Return what happens in a mission: where AUVs fix themselves nobody broadcasts."""
-    return [kind for kind in KINDS if kind != "broadcast" or "passive" not in name]
+    """Return what happens in a mission: where AUVs fix themselves nobody broadcasts, and signals
+    are of programs (`protocol/test_program_verbs.py`).
+    """
+    never = {"signal", "signal_reception", *(["broadcast"] if "passive" in name else [])}
+    return [kind for kind in KINDS if kind not in never]
 
 
 TOLD = [(kind, name) for name in NAMES for kind in kinds_of(name)]

@@ -3,7 +3,7 @@
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,41 +11,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import merged, packets_of, scenario
+from programs_for_tests import PING_S, Program, flown, held, way_s
+from worlds import packets_of, scenario
 
-from bindusbl_des import Result, Scenario, simulate
-
-SPEED, PING_S = 1500.0, 0.010
-Program = Callable[[Any], Iterator[Any]]
-
-
-def held(places: list[list[float]], access: Any, **changes: Any) -> Scenario:
-    """AUVs that hold their places at 10 m around one ASV at the origin, without loss."""
-    base = {
-        "duration_s": 20.0,
-        "survey": {"side_m": 200.0, "depth_m": 10.0},
-        "auvs": {
-            "count": len(places),
-            "route": {"kind": "hold", "positions_m": places},
-        },
-        "asvs": {"count": 1, "formation": {"positions_m": [[0.0, 0.0]]}},
-        "acoustics": {
-            "loss": {"law": "none"},
-            "hf": {"range_m": 100.0, "range_metric": "slant", "bit_rate_bps": 1000.0},
-        },
-        "protocol": {"access": access, "frame_s": 2.0, "tick_rate_hz": None},
-    }
-    return scenario(**merged(base, changes))
-
-
-def way_s(here: list[float], there: list[float], depth: float = 0.0) -> float:
-    """Return how long (s) sound travels between two places (m), of which one is so much deeper."""
-    return float(np.hypot(np.hypot(here[0] - there[0], here[1] - there[1]), depth)) / SPEED
-
-
-def flown(places: list[list[float]], program: Program, **changes: Any) -> Result:
-    """Return a mission of a program, no more than so many vehicles at their places."""
-    return simulate(held(places, program, **changes), 1)
+from bindusbl_des import Result, simulate
 
 
 def test_a_signal_is_heard_by_all_within_range_when_the_light_time_equation_says() -> None:
@@ -72,6 +41,7 @@ def test_a_signal_is_heard_by_all_within_range_when_the_light_time_equation_says
         assert heard.began_at_s == pytest.approx(1.0 + way, abs=1e-12)
         assert heard.ended_at_s == now == pytest.approx(1.08 + way, abs=1e-12)
     (signal,) = result.tables["signals"].to_dict("records")
+    assert np.isnan(signal.pop("level_db"))
     assert signal == {
         "signal": 0, "kind": "hello", "sender": "AUV0", "to": "ASV0", "sent_at_s": 1.0,
         "lasts_s": 0.08, "size_bytes": 10,

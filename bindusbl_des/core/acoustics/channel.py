@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, nan
 from numbers import Real
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,6 +155,18 @@ class AskedChannel(Protocol):
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return its answer about each signal (n, m), :data:`PROSPECT`."""
+
+
+@runtime_checkable
+class LevelledChannel(AskedChannel, Protocol):
+    """A channel that knows how loud signals are: what they have at 1 m (dB re 1 uPa)."""
+
+    @property
+    def source_level_db(self) -> float:
+        """The level of what is sent."""
+
+    def at_level(self, level_db: float) -> AskedChannel:
+        """Return the channel of signals that are sent at another level."""
 
 
 @dataclass(frozen=True)

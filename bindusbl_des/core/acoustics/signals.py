@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...support.arrays import Flags
 from ...support.compiled import compiled
 from ...support.packed import Packed, unpacked
 from ...support.streams import Purpose, Streams, uniform
@@ -110,17 +111,22 @@ class Sounds(EventBuffer):
         deaf, first, prospects = np.zeros(count, np.bool_), self.count, np.empty(0, PROSPECT)
         for vehicle in (sender, *(self.auvs + asv for asv in self.fleets[1].failed(time))):
             deaf[vehicle : vehicle + 1] = True
+        on_air = lasts
+        if sender >= self.auvs:
+            on_air = self.fleets[1].works_for(sender - self.auvs, time, lasts)
         if by.channel is not None:
             prospects = self.heard_from(by.channel, sender, time, count, by)
         self.room_for(count)
         self.count = spread_signal(
-            self.sea.address, first, kind, signal, sender, time, lasts, deaf, by.slant, by.reach,
+            self.sea.address, first, kind, signal, sender, time, on_air, deaf, by.slant, by.reach,
             by.loss, prospects, keys[:count], nth,
         )  # fmt: skip
         sent = range(first, self.count)
         if by.doppler_limit is not None:
             self.lose_shifted(self.rows[first:], time, by.doppler_limit)
-        self.deafen(ITSELF[kind], signal, sender, time, lasts)
+        if on_air < lasts:
+            self.lose(self.rows[first:], np.ones(len(sent), np.bool_), FAILED_MEANWHILE)
+        self.deafen(ITSELF[kind], signal, sender, time, on_air)
         return sent
 
     def heard_from(
@@ -138,9 +144,13 @@ class Sounds(EventBuffer):
         decoded and the range changes faster than a limit (m/s).
         """
         senders, listeners = sounds["sender"].copy(), sounds["listener"].copy()
-        shifted = beyond(self.sea.address, senders, listeners, time, limit)
-        shifted &= sounds["outcome"] == IN_FLIGHT
-        sounds["outcome"][shifted], sounds["why"][shifted] = LOST, DOPPLER
+        self.lose(sounds, beyond(self.sea.address, senders, listeners, time, limit), DOPPLER)
+
+    @staticmethod
+    def lose(sounds: Rows, cut: Flags, why: int) -> None:
+        """Let those who would decode sounds (n,) that are `cut` (n,) lose them for a reason."""
+        cut = cut & (sounds["outcome"] == IN_FLIGHT)
+        sounds["outcome"][cut], sounds["why"][cut] = LOST, why
 
     # Arrivals and outcomes
 
@@ -184,26 +194,22 @@ class Sounds(EventBuffer):
         """Return the outcome of a sound by an instant (s), the reason, and the number of the signal
         that overlapped it; `pings` sound at ASVs as well.
         """
-        return outcome_of(
+        found = outcome_of(
             self.sea.address, row, time + ROUNDING, self.known(time), self.count, *pings, self.auvs,
             capture,
         )  # fmt: skip
-
-    def fails_meanwhile(self, row: int) -> bool:
-        """Return whether a sound is at an ASV that fails before the sound is over."""
-        sound = self.array[row]
-        asv, arrived = int(sound["listener"]) - self.auvs, float(sound["arrived_at_s"])
-        lasts = float(sound["ended_at_s"]) - arrived
-        return asv >= 0 and self.fleets[1].works_for(asv, arrived, lasts) < lasts
-
-    def received(
-        self, row: int, time: float, capture: float, pings: Pings = NO_PINGS
-    ) -> tuple[int, int, int]:
-        """Return :meth:`outcome`, but lost at an ASV that fails meanwhile."""
-        found = self.outcome(row, time, capture, pings)
-        if found[0] in (HEARD, LOST) and self.fails_meanwhile(row):
+        if found[0] in (HEARD, LOST) and self.failing(self.rows[row : row + 1]).any():
             return LOST, FAILED_MEANWHILE, NONE
         return found
+
+    def failing(self, sounds: Rows) -> Flags:
+        """Tell which sounds (n,) are at ASVs that have failed, or fail before they are over."""
+        failures = self.fleets[1].failures
+        if failures is None:
+            return np.zeros(len(sounds), np.bool_)
+        at = sounds["listener"] - self.auvs, sounds["arrived_at_s"], sounds["ended_at_s"]
+        missed, cut = failures.met(*at)
+        return missed | cut
 
 
 def luck_keys(

@@ -5,7 +5,7 @@ A flat sea of constant depth and one speed of sound; each echo comes from an ima
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -253,10 +253,17 @@ class SonarChannel:
     by_range: Prospects
     receiver: Receiver
     audible_m: float
+    hears: Listener
+    source_level_db: float
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return the answer about each signal."""
         return self.by_range.take(CHANGES_OVER.searchsorted(signals.ranges))
+
+    def at_level(self, level_db: float) -> "SonarChannel":
+        """Return the channel of signals that are sent at another level (dB)."""
+        snr = self.by_range["snr_db"] + (level_db - self.source_level_db)
+        return replace(self, by_range=self.hears.prospects_at(snr), source_level_db=level_db)
 
 
 @lru_cache(maxsize=16)
@@ -272,8 +279,9 @@ def sonar_channel(
     by_range = hears.prospects_at(budget.snr_db(RANGES))
     by_range.setflags(write=False)
     return SonarChannel(
-        by_range, hears.receiver(budget.noise_db), reach_m(budget, hears.faintest_db)
-    )
+        by_range, hears.receiver(budget.noise_db), reach_m(budget, hears.faintest_db), hears,
+        budget.source_level_db,
+    )  # fmt: skip
 
 
 def reach_m(budget: LinkBudget, snr_db: float) -> float:
@@ -336,6 +344,15 @@ class EchoingSonar:
     def audible_m(self) -> float:
         """How far (m) a signal drowns others, without its echoes."""
         return self.plain.audible_m
+
+    @property
+    def source_level_db(self) -> float:
+        """The level (dB re 1 uPa at 1 m) of what is sent."""
+        return self.plain.source_level_db
+
+    def at_level(self, level_db: float) -> "EchoingSonar":
+        """Return the channel of signals that are sent at another level (dB)."""
+        return replace(self, plain=self.plain.at_level(level_db))
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return the answer about each signal.

@@ -112,7 +112,8 @@ def build_world(
             network.modems = begin_modems(setup, network, record, streams)
         if setup.scenario.protocol.random_access:
             rate = setup.scenario.acoustics.hf.bit_rate_bps
-            run_programs(network, setup.scenario.protocol, streams, rate)
+            late = clocks(setup, streams)
+            run_programs(network, setup.scenario.protocol, streams, rate, late)
         else:
             env.process(serve(network))
     return World(setup, auvs, asvs, reckoning, navigator, network, record, streams)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...support.arrays import Floats
 from ..acoustics.energy import Hf, Powers, covered, energy, on_hf, on_mf, on_sea, together
+from ..protocol.network import Network
 from ..records.events import (
     BY_OWN_PACKET,
     BY_PACKET,
@@ -233,7 +234,11 @@ def modem_energies(world: World) -> Energies:
             packets = sounds[np.isin(sounds["kind"], (BY_PACKET, BY_OWN_PACKET))]
             both = {"auv": fleets[0], "asv": fleets[1]}
             on_air = on_hf(record, protocol.pinging, both, signals, packets)
-        drawn.append((energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)))
+        of_both = energy(on_air["auv"], powers, end), energy(on_air["asv"], powers, worked)
+        if isinstance(world.network, Network) and world.network.air is not None:
+            spared = powers.sending * world.network.air.spared_s(end)
+            of_both = of_both[0] - spared[: len(fleets[0])], of_both[1] - spared[len(fleets[0]) :]
+        drawn.append(of_both)
     if protocol.sends_frames and (powers := _powers(bands.mf)) is not None:
         where = partial(places, fleets[0].motion), partial(places, fleets[1].motion)
         auvs, asvs = on_mf(

@@ -145,5 +145,4 @@ class Data:
 
     def _became(self, row: int, time: float) -> int:
         """Return the outcome of a packet at an ASV by an instant (s)."""
-        pings = self._record.receptions.rows, self._record.pings.rows, self._uplink.band.duration
-        return self._sounds.received(row, time, self._uplink.receiver.capture, pings)[0]
+        return self._uplink.became(row, time)[0]

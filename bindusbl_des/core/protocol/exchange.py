@@ -299,7 +299,7 @@ class Exchange(MfDownlink):
         """Return the outcome of the sound of an AUV's frame at its listener by an instant (s), the
         reason, and the number of the signal that overlapped it.
         """
-        return self.sounds.received(row, time, self._band.capture)
+        return self.sounds.outcome(row, time, self._band.capture)
 
     # Outcomes
 

@@ -20,6 +20,8 @@ import simpy
 from ...support.arrays import Ints
 from ...support.wording import did_you_mean
 from ..records.events import (
+    BY_PING,
+    BY_SIGNAL,
     IN_FLIGHT,
     LASTING_ERRORS,
     OUTCOMES,
@@ -29,6 +31,8 @@ from ..records.events import (
     Fix,
     Ping,
     Reception,
+    Signal,
+    SignalReception,
 )
 from ..records.rows import NONE, Recorder, Row, fused
 from .deliveries import Deliveries
@@ -43,6 +47,8 @@ KINDS: dict[str, type] = {
     "reception": Reception,
     "broadcast": Broadcast,
     "delivery": Fix,
+    "signal": Signal,
+    "signal_reception": SignalReception,
 }
 
 # Outcomes that the row may have then
@@ -50,6 +56,7 @@ ENDS = {
     "arrival": ("in_flight",),
     "reception": ("heard", "lost", "collided"),
     "delivery": ("delivered",),
+    "signal_reception": ("heard", "lost", "collided", "out_of_range"),
 }
 
 
@@ -60,9 +67,12 @@ class Happening(NamedTuple):
     ping's front reaches an ASV in range (Reception), with passive ranging an AUV. `reception`: the
     ping has ended there, and was `heard`, `lost` or `collided` (Reception).  `broadcast`: an ASV
     begins a frame or an answer (Broadcast).  `delivery`: an AUV has received a fix, and its
-    navigator has used or refused it (Fix).
+    navigator has used or refused it (Fix).  `signal`: a vehicle begins to send a signal of its
+    program, modem, or to peers (Signal).  `signal_reception`: that, or a ping, has ended at a
+    vehicle that it has reached (SignalReception).
 
-    A row has the columns of the table of its name; vehicles are numbers, and missing values None.
+    A row has the columns of the table of its name; vehicles are numbers, those of signals names,
+    and missing values None.
     """
 
     kind: str
@@ -140,7 +150,9 @@ def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[s
     needed = "a number; vehicles are numbers, too"
     fits = isinstance(value, Real)
     if str in types:
-        known = () if name == "asvs" else ENDS[kind] if name == "outcome" else OUTCOMES
+        known = (
+            ENDS[kind] if name == "outcome" else OUTCOMES if name in ("call", "call_why") else ()
+        )
         needed = f"one of {', '.join(known)}" if known else "a text such as 'ASV0 ASV2'"
         fits = isinstance(value, str) and (not known or value in known)
     if not (fits or (value is None and type(None) in types)):
@@ -221,6 +233,8 @@ class Happenings:
         self._downlink.on_broadcast = self._broadcast if "broadcast" in kinds else None
         self._downlink.on_frame = self._framed if "delivery" in kinds else None
         self._downlink.on_delivered = self._delivered if "delivery" in kinds else None
+        self._uplink.on_signal = self._signalled if "signal" in kinds else None
+        self._uplink.on_sounds = self._sounding if "signal_reception" in kinds else None
 
     def _tell(self, kind: str, time: float, row: Any) -> None:
         happening = Happening(kind, time, row)
@@ -232,6 +246,10 @@ class Happenings:
             begin, receptions = self._outcomes.first_under_way(since), self._record.receptions.rows
             for row in range(begin, len(receptions)):
                 self._expect(kind, row, since)
+        elif kind == "signal_reception":
+            rows = self._uplink.sounds.rows
+            ours = np.isin(rows["kind"], (BY_SIGNAL, BY_PING)) & (rows["ended_at_s"] > since)
+            self._sounding(np.flatnonzero(ours).tolist())
         elif kind == "delivery":
             begin = self._downlink.first_under_way
             fixes = self._record.fixes.rows[begin:]
@@ -284,6 +302,37 @@ class Happenings:
         levels = {} if isnan(snr) else self._outcomes.receiver.levels(snr)
         known = dict.fromkeys(LEVELS) | levels | {"outcome": OUTCOMES[outcome]}
         self._tell(kind, instant, _row_of(Reception, reception, **known))
+
+    def _signalled(self, signal: Signal) -> None:
+        """Report a signal that begins now."""
+        self._tell("signal", signal.sent_at_s, replace(signal))
+
+    def _sounding(self, rows: Iterable[int]) -> None:
+        """Report each sound of a signal as it ends at its listener."""
+        for row in rows:
+            end = self._uplink.sounds.expected_end(row, self._env.now)
+            self._call_at(end, "signal_reception", row, partial(self._came, row))
+
+    def _came(self, row: int) -> None:
+        """Report the outcome of a sound, if it is over by now."""
+        outcome, why, by = self._uplink.became(row, self._env.now)
+        if outcome == IN_FLIGHT:
+            self._sounding([row])
+            return
+        sound, auvs = self._uplink.sounds.array[row], self._uplink.sounds.auvs
+        of_ping, listener, loss = sound["kind"] == BY_PING, int(sound["listener"]), sound["loss"]
+        number = int(sound["signal"])
+        reception = SignalReception(
+            None if of_ping else number,
+            number if of_ping else None,
+            f"AUV{listener}" if listener < auvs else f"ASV{listener - auvs}",
+            float(sound["arrived_at_s"]),
+            OUTCOMES[outcome],
+            None if why == NONE else WORDS[why],
+            None if by == NONE else by,
+            None if isnan(loss) else float(loss),
+        )
+        self._tell("signal_reception", float(sound["ended_at_s"]), reception)
 
     def _broadcast(self) -> None:
         """Report the broadcast that begins now."""

@@ -4,7 +4,7 @@ Each arrival is on record as its sound is sent.  Outcomes of pings are decided l
 (:class:`.outcomes.Outcomes`), those of calls at once.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, lru_cache, partial
 from heapq import heappop, heappush
 from math import hypot, inf, nan
@@ -16,7 +16,15 @@ from ...support.compiled import compiled
 from ...support.packed import Packed, unpacked
 from ...support.streams import Purpose, Streams
 from ..acoustics.bursts import burst_luck
-from ..acoustics.channel import NO_LOSS, PLAIN, AskedChannel, Prospects, Signals, between
+from ..acoustics.channel import (
+    NO_LOSS,
+    PLAIN,
+    AskedChannel,
+    LevelledChannel,
+    Prospects,
+    Signals,
+    between,
+)
 from ..acoustics.loss import LossTerms, chance_of
 from ..acoustics.propagation import (
     NO_PROSPECTS,
@@ -49,6 +57,7 @@ from ..records.events import (
     IN_FLIGHT,
     LOST,
     OUT_OF_RANGE,
+    Signal,
 )
 from ..records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
@@ -89,7 +98,9 @@ class HfBand:
         #: The fleets that ping and that listen, and the vehicle number of the first listener.
         self.senders, self.listeners, self.first_listener = self._ends()
         self._channel = asked = None if isinstance(channel, LossTerms) else channel
-        #: How receivers tell a signal from others that overlap it.
+        if isinstance(asked, LevelledChannel):
+            self._levelled = lru_cache(maxsize=16)(asked.at_level)
+        #: What decides at a receiver.
         self.receiver = PLAIN if asked is None else asked.receiver
         audible = None if asked is None else asked.audible_m
         sounding = band if audible is None else band._replace(reach=audible)
@@ -117,10 +128,35 @@ class HfBand:
         self.on_ping: list[Callable[[range], None]] = []
         self.on_sent: Callable[[range], None] | None = None
         self.answered_by: Callable[[range], None] | None = None
+        #: Called with each signal of a program that begins, and with the sounds, rows, of signals
+        #: and pings.
+        self.on_signal: Callable[[Signal], None] | None = None
+        self.on_sounds: Callable[[Iterable[int]], None] | None = None
 
     def _ends(self) -> tuple[VehicleFleet, VehicleFleet, int]:
         """Return the fleets that ping and listen, and the vehicle number of the first listener."""
         return self._auvs, self._asvs, len(self._auvs)
+
+    @property
+    def source_level_db(self) -> float | None:
+        """The level (dB re 1 uPa at 1 m) of what is sent; None where the channel knows of none."""
+        channel = self._channel
+        return channel.source_level_db if isinstance(channel, LevelledChannel) else None
+
+    def at_level(self, level_db: float | None) -> Spreading:
+        """Return how signals spread that are sent at a level (dB re 1 uPa at 1 m); None: the
+        channel's own.
+        """
+        if level_db is None:
+            return self.spreading
+        return self.spreading._replace(channel=self._levelled(level_db))
+
+    def became(self, row: int, time: float) -> tuple[int, int, int]:
+        """Return the outcome of a sound by an instant (s), the reason, and the number of the signal
+        that overlapped it; pings sound at ASVs as well.
+        """
+        met = self._record.receptions.rows, self._record.pings.rows, self.band.duration
+        return self.sounds.outcome(row, time, self.receiver.capture, met)
 
     def _packed(self) -> Packed:
         """Return the packed :class:`Spread`, in which pings propagate."""
@@ -237,18 +273,20 @@ class HfBand:
         time: float,
         called: Rows = NO_CALL,
         waited: float | Floats | None = None,
+        level_db: float | None = None,
     ) -> range:
         """Let a group ping now, at `time` (s); return the pings.
 
         `called` (1,) is the call that an AUV answers, or would have answered, :data:`CALLED`;
-        `waited` is how long (s) AUVs have held back their pings.
+        `waited` is how long (s) AUVs have held back their pings; `level_db` as of :meth:`at_level`.
         """
         pings, receptions = self._record.pings, self._record.receptions
         first, row = pings.count, receptions.count
         for fleet in self._moving:
             fleet.advance(time)
-        if self._channel is not None:
-            prospects = self._prospects_of(self._channel, group, time)
+        channel = self._channel if level_db is None else self.at_level(level_db).channel
+        if channel is not None:
+            prospects = self._prospects_of(channel, group, time)
             self._foretell(prospects)
             if not self._is_sure:
                 self._prospects |= {first + k: prospects[k : k + 1] for k in range(len(group))}
@@ -263,7 +301,7 @@ class HfBand:
         if waited is not None:
             pings.rows["waited_s"][first:] = waited
         if self.echoes is not None:
-            self._echo(group, first, met, self.echoes)
+            self._echo(channel, group, first, met, self.echoes)
         if self._may_fail:
             self._cut_short(group, first, met, time)
         if self.spreading.doppler_limit is not None:
@@ -321,13 +359,14 @@ class HfBand:
             arrive(self._spread_in.address, row, straight, bent)
 
     def _echo(
-        self, group: Sequence[int], first: int, receptions: Rows, echoes: EventBuffer
-    ) -> None:
+        self, channel: AskedChannel | None, group: Sequence[int], first: int, receptions: Rows,
+        echoes: EventBuffer,
+    ) -> None:  # fmt: skip
         """Write the echoes of pings from `first` on beside their receptions, the last on record."""
-        assert isinstance(self._channel, EchoingSonar)
+        assert isinstance(channel, EchoingSonar)
         pings, row = self._record.pings.rows, self._record.receptions.count - len(receptions)
         sent_at = float(pings["sent_at_s"][first])
-        heard = self._channel.heard(self._signals(group, sent_at, False))[1]
+        heard = channel.heard(self._signals(group, sent_at, False))[1]
         found = heard[receptions["ping"] - first, receptions["asv"]]
         echoes.room_for(len(found))[row : row + len(found)] = found
         echoes.count = row + len(found)

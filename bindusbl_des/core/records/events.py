@@ -341,8 +341,9 @@ class AuvFrameReception:
     outcome: str = column(*BECAME)
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, chance, auv_frame or frame (that overlapped it), "
-        "own_frame or own_ping (the listener sent it meanwhile)",
+        "why it was not decoded: out_of_range, chance, doppler, failed_meanwhile (the ASV that "
+        "listens), auv_frame or frame (that overlapped it), own_frame or own_ping (the listener "
+        "sent it meanwhile)",
     )
     overlapped_by: int | None = column(
         "1", "number of the strongest that overlapped it; of a frame its row of broadcasts"
@@ -361,6 +362,9 @@ class Signal:
     sent_at_s: float = column(*BEGAN)
     lasts_s: float = column(*AIRTIME)
     size_bytes: int = column(*SIZE)
+    level_db: float | None = column(
+        "dB", "level at which it was sent, re 1 uPa at 1 m, where the program chose one"
+    )
 
 
 @dataclass(slots=True)
@@ -374,8 +378,9 @@ class SignalReception:
     outcome: str = column(*BECAME)
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, chance, doppler, ping, signal, call or own_frame "
-        "(that overlapped it), own_ping or own_signal (it sent itself meanwhile)",
+        "why it was not decoded: out_of_range, chance, doppler, failed_meanwhile (one of both "
+        "ASVs failed), ping, signal, call or own_frame (that overlapped it), own_ping or "
+        "own_signal (it sent itself meanwhile)",
     )
     overlapped_by: int | None = column(
         "1", "number of the strongest that overlapped it; of a call the ASV's"
@@ -403,6 +408,14 @@ class PeerRange:
     )
     azimuth_error_deg: float | None = column("deg", "that less the true direction")
     azimuth_sd_deg: float | None = column("deg", "standard deviation of its white noise")
+    elevation_deg: float | None = column(
+        "deg", "measured direction of the sender, positive downwards; null without an array, or "
+        "where a range says as much",
+    )  # fmt: skip
+    elevation_sd_deg: float | None = column("deg", "standard deviation of its white noise")
+    depth_difference_m: float | None = column(
+        "m", "how much deeper the sender is, by the pressure sensors of both"
+    )
     innovation_m: float | None = column(
         "m", "how far it was off from what was believed; null if it came too late"
     )

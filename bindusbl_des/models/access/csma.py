@@ -9,11 +9,13 @@ heard.  What else it has to send meanwhile is dropped.
 
 from __future__ import annotations
 
+from itertools import count
 from typing import TYPE_CHECKING
 
 from ...core.protocol.access import PING
 from ...core.scenario.families import AccessTraits, ScheduleSettings, ScheduleTraits
 from ...core.scenario.key_types import Real, Whole, key
+from .acknowledging import Acknowledging, acknowledge, is_done
 
 if TYPE_CHECKING:
     from ...core.protocol.access.node import Node, Steps
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from ...core.protocol.view import Groups, View
 
 
-class CarrierSense(ScheduleSettings):
+class CarrierSense(ScheduleSettings, Acknowledging):
     """The settings of the program, and of the schedule, `csma`."""
 
     window: Whole = key(
@@ -45,14 +47,19 @@ def by_csma(view: View, *, settings: CarrierSense) -> Groups:
 @AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False)
 def csma(node: Node, *, settings: CarrierSense) -> Steps:
     """Ping once it is quiet, after up to `window` - 1 slots of backoff."""
+    if node.is_asv:
+        yield from acknowledge(node, settings)
     length, pinged_at = backoff_slot_s(settings.slot_s, node.slots), -1.0
     for packet in node.packets:
         if packet > pinged_at:
             yield node.until(packet)
-            if node.busy():
-                yield from hold_back(node, length * int(node.random.integers(settings.window)))
+            for again in count():
+                if node.busy():
+                    yield from hold_back(node, length * int(node.random.integers(settings.window)))
+                sent = node.send(PING, waited_s=node.clock - packet)
+                if (yield from is_done(node, settings, sent, again)):
+                    break
             pinged_at = node.clock
-            node.send(PING, waited_s=pinged_at - packet)
 
 
 def hold_back(node: Node, left_s: float) -> Steps:

@@ -12,12 +12,14 @@ does if it hears them itself.  Who hears others asked for or cleared asks once t
 from __future__ import annotations
 
 from collections.abc import Generator
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from ...core.protocol.access import PING
 from ...core.scenario.families import AccessTraits
 from ...core.scenario.key_types import Real, Whole, key
-from .macau import CLEAR, REQUEST, Macau, awaited, keep_quiet
+from .acknowledging import acknowledged_s, is_done
+from .macau import CLEAR, REQUEST, Macau, acknowledge_once, awaited, keep_quiet
 from .t_lohi import waiting
 
 if TYPE_CHECKING:
@@ -53,31 +55,36 @@ def dacap(node: Node, *, settings: Dacap) -> Steps:
     shortest = 2.0 * way if settings.handshake_s is None else settings.handshake_s
     answered_s = 2.0 * way + node.lasts_s(clear_bytes)
     pinged_s = shortest + 2.0 * way + node.slots.ping_duration
+    pinged_s += acknowledged_s(node, settings, 1)
     length = node.lasts_s(request_bytes) + answered_s + shortest
     if node.is_asv:
-        yield from serve(node, clear_bytes, settings.warning_bytes, pinged_s)
+        yield from serve(node, settings, pinged_s)
         return
     asked, rounds = node.number % len(node.asvs), 1
     for packet in waiting(node):
         yield node.until(packet)
-        yield from keep_quiet(node, answered_s, pinged_s, 0.0)
-        while True:
-            to = node.asvs[asked]
-            yield node.send(REQUEST, to=to, bytes=request_bytes)
-            said = node.clock
-            clear = yield from awaited(node, to, said + answered_s)
-            if clear is not None:
-                there_and_back = clear.began_at_s - said  # the ASV has answered at once
-                warned = yield from disturbed(node, max(shortest - there_and_back, 0.0))
-                if not warned:
-                    break
-            else:
-                asked = (asked + 1) % len(node.asvs)
-            rounds = min(2 * rounds, settings.most_rounds)
-            backoff = rounds * node.random.random() * length
-            yield from keep_quiet(node, answered_s, pinged_s, backoff)
-        rounds = 1
-        yield node.send(PING, waited_s=node.clock - packet)
+        for again in count():
+            yield from keep_quiet(node, answered_s, pinged_s, 0.0)
+            while True:
+                to = node.asvs[asked]
+                yield node.send(REQUEST, to=to, bytes=request_bytes)
+                said = node.clock
+                clear = yield from awaited(node, to, said + answered_s)
+                if clear is not None:
+                    there_and_back = clear.began_at_s - said  # the ASV has answered at once
+                    warned = yield from disturbed(node, max(shortest - there_and_back, 0.0))
+                    if not warned:
+                        break
+                else:
+                    asked = (asked + 1) % len(node.asvs)
+                rounds = min(2 * rounds, settings.most_rounds)
+                backoff = rounds * node.random.random() * length
+                yield from keep_quiet(node, answered_s, pinged_s, backoff)
+            rounds = 1
+            sent = node.send(PING, waited_s=node.clock - packet)
+            if (yield from is_done(node, settings, sent, again, asvs=1)):
+                break
+        yield sent
 
 
 def disturbed(node: Node, lasts_s: float) -> Generator[simpy.Event, Any, bool]:
@@ -92,19 +99,21 @@ def disturbed(node: Node, lasts_s: float) -> Generator[simpy.Event, Any, bool]:
     return False
 
 
-def serve(node: Node, clear_bytes: int, warning_bytes: int, pinged_s: float) -> Steps:
+def serve(node: Node, settings: Dacap, pinged_s: float) -> Steps:
     """Clear who asks, one after the other; warn whom it has cleared, once, if it hears others."""
     taken_until, partner = 0.0, None
     while True:
         heard: HeardSignal = yield node.hears()
+        if heard.kind == PING:
+            yield from acknowledge_once(node, settings, heard, partner)
         if heard.kind not in (REQUEST, CLEAR):
             continue
         if node.clock < taken_until:
             if partner is not None and heard.sender != partner:
                 warned, partner = partner, None
-                yield node.send(WARNING, to=warned, bytes=warning_bytes)
+                yield node.send(WARNING, to=warned, bytes=settings.warning_bytes)
                 taken_until = 0.0  # its AUV backs off
         elif heard.kind == REQUEST and heard.to == node.name:
             partner = heard.sender
-            yield node.send(CLEAR, to=partner, bytes=clear_bytes)
+            yield node.send(CLEAR, to=partner, bytes=settings.clear_bytes)
             taken_until = node.clock + pinged_s

@@ -9,12 +9,13 @@ backs off, up to a limit, and asks the next ASV; an AUV that is takes up with th
 from __future__ import annotations
 
 from collections.abc import Generator
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from ...core.protocol.access import PING
 from ...core.scenario.families import AccessTraits
 from ...core.scenario.key_types import Whole, key
-from ...core.scenario.part_choice import Settings
+from .acknowledging import ACKNOWLEDGEMENT, Acknowledging, acknowledged_s, is_done
 from .t_lohi import waiting
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 REQUEST, CLEAR = "request", "clear"
 
 
-class Macau(Settings):
+class Macau(Acknowledging):
     """The settings of the program `macau`."""
 
     request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
@@ -45,25 +46,30 @@ def macau(node: Node, *, settings: Macau) -> Steps:
     way, request_bytes = node.slots.longest_travel_time, settings.request_bytes
     request_s, clear_s = node.lasts_s(request_bytes), node.lasts_s(settings.clear_bytes)
     answered_s, pinged_s = 2.0 * way + clear_s, 2.0 * way + node.slots.ping_duration
+    pinged_s += acknowledged_s(node, settings, 1)
     if node.is_asv:
-        yield from clear(node, settings.clear_bytes, pinged_s)
+        yield from clear(node, settings, pinged_s)
         return
     asked, rounds = node.number % len(node.asvs), 1
     for packet in waiting(node):
         yield node.until(packet)
-        yield from keep_quiet(node, answered_s, pinged_s, 0.0)
-        while True:
-            to = node.asvs[asked]
-            yield node.send(REQUEST, to=to, bytes=request_bytes)
-            until = node.clock + answered_s
-            answer = yield from awaited(node, to, until)
-            if answer is not None:
+        for again in count():
+            yield from keep_quiet(node, answered_s, pinged_s, 0.0)
+            while True:
+                to = node.asvs[asked]
+                yield node.send(REQUEST, to=to, bytes=request_bytes)
+                until = node.clock + answered_s
+                answer = yield from awaited(node, to, until)
+                if answer is not None:
+                    break
+                asked, rounds = (asked + 1) % len(node.asvs), min(2 * rounds, settings.most_rounds)
+                backoff = rounds * node.random.random() * (request_s + answered_s)
+                yield from keep_quiet(node, answered_s, pinged_s, backoff)
+            rounds = 1
+            sent = node.send(PING, waited_s=node.clock - packet)
+            if (yield from is_done(node, settings, sent, again, asvs=1)):
                 break
-            asked, rounds = (asked + 1) % len(node.asvs), min(2 * rounds, settings.most_rounds)
-            backoff = rounds * node.random.random() * (request_s + answered_s)
-            yield from keep_quiet(node, answered_s, pinged_s, backoff)
-        rounds = 1
-        yield node.send(PING, waited_s=node.clock - packet)
+        yield sent
 
 
 def awaited(node: Node, to: str, until: float) -> Generator[simpy.Event, Any, HeardSignal | None]:
@@ -89,13 +95,24 @@ def keep_quiet(node: Node, answered_s: float, pinged_s: float, backoff: float) -
             until = max(until, heard.ended_at_s + lasts)
 
 
-def clear(node: Node, clear_bytes: int, pinged_s: float) -> Steps:
-    """Clear who asks, one after the other: nobody until the ping of the one before has passed."""
-    taken_until = 0.0
+def clear(node: Node, settings: Macau, pinged_s: float) -> Steps:
+    """Clear who asks, one after the other: nobody until the ping of the one before has passed, and
+    has been acknowledged where pings are.
+    """
+    taken_until, partner = 0.0, None
     while True:
         heard: HeardSignal = yield node.hears()
         if heard.kind == REQUEST and heard.to == node.name and node.clock >= taken_until:
-            yield node.send(CLEAR, to=heard.sender, bytes=clear_bytes)
+            partner = heard.sender
+            yield node.send(CLEAR, to=partner, bytes=settings.clear_bytes)
             taken_until = node.clock + pinged_s
+        elif heard.kind == PING:
+            yield from acknowledge_once(node, settings, heard, partner)
         elif heard.kind == CLEAR:
             taken_until = max(taken_until, heard.ended_at_s + pinged_s)
+
+
+def acknowledge_once(node: Node, settings: Macau, heard: HeardSignal, partner: str | None) -> Steps:
+    """Acknowledge the ping of whom an ASV has cleared, where pings are."""
+    if settings.acknowledgement_bytes is not None and heard.sender == partner:
+        yield node.send(ACKNOWLEDGEMENT, to=partner, bytes=settings.acknowledgement_bytes)

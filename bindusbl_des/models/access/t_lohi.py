@@ -13,12 +13,13 @@ then no AUV that hears the other can take itself to be alone.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import count
 from typing import TYPE_CHECKING, Literal
 
 from ...core.protocol.access import PING
 from ...core.scenario.families import AccessTraits
 from ...core.scenario.key_types import Real, key
-from ...core.scenario.part_choice import Settings
+from .acknowledging import Acknowledging, acknowledge, is_done
 
 if TYPE_CHECKING:
     from ...core.protocol.access.node import Node, Steps
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 TONE = "tone"
 
 
-class TLohi(Settings):
+class TLohi(Acknowledging):
     """The settings of the program `t_lohi`."""
 
     tone_s: Real = key(0.005, "s", "duration of a tone", gt=0, le=10)
@@ -47,24 +48,35 @@ def t_lohi(node: Node, *, settings: TLohi) -> Steps:
 
     After another's turn it contends again after up to `recontend_s` (s), drawn at random.
     """
+    if node.is_asv:
+        yield from acknowledge(node, settings)
     way, tone_s, recontend_s = node.slots.longest_travel_time, settings.tone_s, settings.recontend_s
     length = tone_s + (2.0 * way if settings.rounds == "conservative" else way)
     for packet in waiting(node):
         yield node.until(packet)
-        if node.busy():
-            yield from sleep(node, length, recontend_s)
-        while True:
-            yield node.send(TONE, lasts_s=tone_s)
-            toned_at = node.clock
-            yield node.wait(length)
-            contenders = len(node.heard(toned_at))
-            if not contenders:
+        for again in count():
+            yield from contend(node, length, tone_s, recontend_s)
+            sent = node.send(PING, waited_s=node.clock - packet)
+            if (yield from is_done(node, settings, sent, again)):
                 break
-            backed_off_at = node.clock
-            yield node.wait(length * contenders * node.random.random())
-            if node.heard(backed_off_at):
-                yield from sleep(node, length, recontend_s)
-        yield node.send(PING, waited_s=node.clock - packet)
+        yield sent
+
+
+def contend(node: Node, length: float, tone_s: float, recontend_s: float) -> Steps:
+    """Wait until a tone has met no other for a contention round of such a length (s)."""
+    if node.busy():
+        yield from sleep(node, length, recontend_s)
+    while True:
+        yield node.send(TONE, lasts_s=tone_s)
+        toned_at = node.clock
+        yield node.wait(length)
+        contenders = len(node.heard(toned_at))
+        if not contenders:
+            return
+        backed_off_at = node.clock
+        yield node.wait(length * contenders * node.random.random())
+        if node.heard(backed_off_at):
+            yield from sleep(node, length, recontend_s)
 
 
 def sleep(node: Node, length: float, recontend_s: float) -> Steps:

@@ -10,7 +10,7 @@ import os
 import sys
 import zipfile
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from itertools import pairwise
 from pathlib import Path
@@ -243,6 +243,15 @@ class TableChannel:
         """How far (m) signals may drown others: rays that are focused carry farther."""
         focused = min(float(self.table.beyond_db.min()), 0.0)
         return reach_m(self.budget, self.hears.faintest_db + focused)
+
+    @property
+    def source_level_db(self) -> float:
+        """The level (dB re 1 uPa at 1 m) of what is sent."""
+        return self.budget.source_level_db
+
+    def at_level(self, level_db: float) -> "TableChannel":
+        """Return the channel of signals that are sent at another level (dB)."""
+        return replace(self, budget=replace(self.budget, source_level_db=level_db))
 
     def prospects(self, signals: Signals) -> Prospects:
         """Return what becomes of each signal, and when it is there."""

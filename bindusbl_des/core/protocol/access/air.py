@@ -1,13 +1,17 @@
 """The HF band for access programs: every vehicle sends, and hears all others.
 
-Pings of AUVs are receptions at ASVs, as always (:mod:`..pings`).  At other AUVs they are sounds
-beside all other signals, on the same sea (:mod:`...acoustics.sounds`): a signal is lost as a ping
-over the same path, drowned by sounds that overlap it, and deafens its sender meanwhile.
+Pings of AUVs are receptions at ASVs, as always (:mod:`..pings`), which the program of an ASV hears
+as they end there.  At other AUVs they are sounds beside all other signals, on the same sea
+(:mod:`...acoustics.sounds`): a signal is lost as a ping is over the same path, drowned by sounds
+that overlap it, and deafens its sender meanwhile.
 """
 
 from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
-from math import inf, isfinite, nan
+from itertools import count
+from math import inf, isfinite, isnan, log10, nan
+from operator import itemgetter
+from typing import Any
 
 import numpy as np
 import simpy
@@ -24,12 +28,16 @@ from ...acoustics.sounds import heard_meanwhile
 from ...records.events import (
     BY_PING,
     BY_SIGNAL,
+    FAILED_MEANWHILE,
     HEARD,
     IN_FLIGHT,
+    LOST,
     Signal,
 )
 from ...records.rows import NONE, SIGNAL_RECEPTION, Recorder, Rows
 from ..data import Data
+from ..happenings import Happenings
+from ..outcomes import Outcomes
 from ..pings import HfBand
 from ..steps import moment
 from . import PING
@@ -37,6 +45,9 @@ from .node import HeardSignal, Node, ToSend
 
 # Pings of one instant become one ping group, after all other events of that instant.
 LATE = EventPriority(2)
+
+# What says from when to when a ping is where it arrives
+SPAN = ("arrived_at_s", "ended_at_s")
 
 # Bytes of a signal, at most
 MOST_BYTES = 65_535
@@ -54,12 +65,14 @@ class SharedAir:
         *,
         bit_rate_bps: float,
         hearing: bool,
-        ping: Callable[[Sequence[int], float, Floats | None], object] | None = None,
+        ping: Callable[[Sequence[int], float, Floats | None, float | None], object] | None = None,
         data: Data | None = None,
+        watching: Happenings | None = None,
+        outcomes: Outcomes | None = None,
     ) -> None:
-        """`ping` lets AUVs ping at an instant (s), each held back for so long (s); None: no program
-        pings.  If `hearing`, AUVs hear each other's pings.  After its pings an AUV sends its
-        `data`, if any.
+        """`ping` lets AUVs ping at an instant (s), each held back for so long (s), at a level (dB);
+        None: no program pings.  If `hearing`, AUVs hear each other's pings.  After its pings an AUV
+        sends its `data`, if any.  ASVs hear pings as `watching` reports their `outcomes`.
         """
         self.env, self.bit_rate_bps, self._ping, self._data = env, bit_rate_bps, ping, data
         self._uplink, self._record, self._sounds = uplink, record, uplink.sounds
@@ -76,9 +89,13 @@ class SharedAir:
         self._streams = streams
         self._sent = np.zeros(len(self.names), dtype=np.int64)  # signals of each so far
         self._sends_until = np.full(len(self.names), -inf)
-        self._due: list[tuple[int, float | None]] = []  # AUVs that ping now; s held back
+        #: AUVs that ping now, how long they were held back, and at which level (dB).
+        self._due: list[tuple[int, float | None, float | None]] = []
+        self._ping_level: float | None = None  # of those that have just been sent
         self._said: list[ToSend] = []
         self._inboxes: dict[int, _Inbox] = {}
+        self._watching, self._outcomes = watching, outcomes
+        self._quieter: list[tuple[int, float, float, float]] = []  # signals below full power
 
     @cached_property
     def _keys(self) -> list[NDArray[np.uint64]]:
@@ -90,7 +107,8 @@ class SharedAir:
 
     def send(self, node: Node, message: ToSend, waited_s: float | None) -> simpy.Event:
         """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
-        time, lasts = node.clock, self._duration(node, message)
+        time, lasts = node.now, self._duration(node, message)
+        self._check_level(message.level_db)
         if message.kind == PING and self._data is not None:
             lasts += self._data.lasts_s(node.number, time)
         if time < self._sends_until[node.number] - ROUNDING:
@@ -105,10 +123,41 @@ class SharedAir:
                 flush.callbacks.append(lambda _: self._let_ping(time))
                 flush._ok, flush._value = True, None
                 self.env.schedule(flush, LATE)
-            self._due.append((node.number, waited_s))
+            self._due.append((node.number, waited_s, message.level_db))
         else:
             self._signal(node.number, message, time, lasts)
-        return node.until(time + lasts)
+        return node.at(time + lasts)
+
+    def _check_level(self, level_db: float | None) -> None:
+        """Refuse a level (dB) that no signal can have."""
+        most = self._uplink.source_level_db
+        if level_db is not None and most is None:
+            refuse(
+                "`level_db`", level_db, "be left out where the channel knows of no levels",
+                "choose acoustics.hf.channel: sonar or table",
+            )  # fmt: skip
+        elif level_db is not None and most is not None and not -inf < level_db <= most:
+            full = f"be at most {most:g} dB, the channel's source_level_db"
+            refuse("`level_db`", level_db, full, "give dB re 1 uPa at 1 m")
+
+    def _spare(self, sender: int, level_db: float | None, time: float, lasts: float) -> None:
+        """Note a signal at a level (dB) from an instant on for so long (s), and the share of full
+        power that it does not take.
+        """
+        if level_db is not None:
+            most = self._uplink.source_level_db
+            assert most is not None
+            share = 1.0 - 10.0 ** ((level_db - most) / 10.0)
+            self._quieter.append((sender, time, lasts, share))
+
+    def spared_s(self, end: float) -> Floats:
+        """Return how long (s) each vehicle (n,) would have sent at full power by an instant (s)
+        with what it spared by lower levels.
+        """
+        spared = np.zeros(len(self.names))
+        for sender, time, lasts, share in self._quieter:
+            spared[sender] += share * max(min(lasts, end - time), 0.0)
+        return spared
 
     def _duration(self, node: Node, message: ToSend) -> float:
         """Return how long (s) a signal lasts."""
@@ -135,18 +184,23 @@ class SharedAir:
 
     def _let_ping(self, time: float) -> None:
         """Let all AUVs that are due ping at an instant (s), in the order of their numbers."""
-        due, self._due = sorted(self._due), []
-        auvs, waits = [auv for auv, _ in due], [wait for _, wait in due]
-        waited = None if None in waits else np.array(waits, dtype=np.float64)
+        due, self._due = sorted(self._due, key=itemgetter(0)), []
         assert self._ping is not None
-        self._ping(auvs, time, waited)
+        for level in dict.fromkeys(level for *_, level in due):
+            alike = [(auv, wait) for auv, wait, at in due if at == level]
+            auvs, waits = [auv for auv, _ in alike], [wait for _, wait in alike]
+            waited = None if None in waits else np.array(waits, dtype=np.float64)
+            self._ping_level = level
+            self._ping(auvs, time, waited, level)
+            for auv in auvs:
+                self._spare(auv, level, time, self._lasts)
 
     def overhear(self, pings: range) -> None:
         """Let AUVs hear each other's pings, and nothing while they ping themselves."""
         for ping in pings:
             row = self._record.pings.array[ping]
             auv, time = int(row["auv"]), float(row["sent_at_s"])
-            self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs)
+            self._emit(BY_PING, ping, auv, time, self._lasts, self.auvs, self._ping_level)
             self._sends_until[auv] = max(self._sends_until[auv], time + self._lasts)
 
     def sends_until(self, vehicle: int) -> float:
@@ -155,20 +209,24 @@ class SharedAir:
 
     def _signal(self, sender: int, message: ToSend, time: float, lasts: float) -> None:
         number = len(self._record.signals)
-        kind, to, size = message.kind, message.to, message.bytes
+        kind, to, size, level = message.kind, message.to, message.bytes, message.level_db
         name = self.names[sender]
-        self._record.signals.append(Signal(number, kind, name, to, time, lasts, size))
+        self._record.signals.append(Signal(number, kind, name, to, time, lasts, size, level))
         self._said.append(message)
+        self._spare(sender, level, time, lasts)
         fleet, own = (0, sender) if sender < self.auvs else (1, sender - self.auvs)
+        if self._uplink.on_signal is not None:
+            self._uplink.on_signal(self._record.signals[-1])
         if own not in self._fleets[fleet].failed(time):
-            self._emit(BY_SIGNAL, number, sender, time, lasts, len(self.names))
+            self._emit(BY_SIGNAL, number, sender, time, lasts, len(self.names), level)
 
     def _emit(
-        self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int
-    ) -> None:
+        self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int,
+        level_db: float | None,
+    ) -> None:  # fmt: skip
         """Write the sounds of a signal at the first so many `listeners` of all vehicles."""
         sent = self._sounds.send(
-            kind, number, sender, time, lasts, self._uplink.spreading, self._keys[sender],
+            kind, number, sender, time, lasts, self._uplink.at_level(level_db), self._keys[sender],
             int(self._sent[sender]), listeners,
         )  # fmt: skip
         self._sent[sender] += 1
@@ -177,14 +235,23 @@ class SharedAir:
             if inbox is not None:
                 inbox.coming.append(row)
                 self._look_for(inbox, row)
+        if self._uplink.on_sounds is not None:
+            self._uplink.on_sounds(sent)
 
     # Hearing
 
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
         """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
-        sea, count, time = self._sounds.sea.address, self._sounds.count, node.clock
+        sea, count, time = self._sounds.sea.address, self._sounds.count, node.now
         spans = heard_meanwhile(sea, count, node.number, since, time, self._sounds.known(time))
-        return [(begins, ends) for begins, ends in spans.tolist()]
+        found = [(begins, ends) for begins, ends in spans.tolist()]
+        if node.is_asv:
+            pings = self._record.receptions.rows
+            pings = pings[(pings["asv"] == node.number - self.auvs) & (pings["sound"] > 0.0)]
+            here = (pings["arrived_at_s"] <= time) & (pings["ended_at_s"] > since)
+            found += zip(*(pings[here][name].tolist() for name in SPAN), strict=True)
+            found.sort()
+        return found
 
     def hears(self, node: Node) -> simpy.Event:
         """Return the event of the next signal that a vehicle decodes, as :meth:`.node.Node.hears`
@@ -195,8 +262,10 @@ class SharedAir:
             rows = self._sounds.rows
             here = (rows["listener"] == node.number) & (rows["sender"] != node.number)
             here &= (rows["kind"] == BY_PING) | (rows["kind"] == BY_SIGNAL)
-            inbox = _Inbox(np.flatnonzero(here).tolist())
+            inbox = _Inbox(node, np.flatnonzero(here).tolist())
             self._inboxes[node.number] = inbox
+            if node.is_asv and self._watching is not None and self._outcomes is not None:
+                self._hear_pings(inbox, node.number - self.auvs, self._watching)
         if inbox.waiting is not None and not inbox.waiting.triggered:
             refuse("hears", node.name, "be waited for once at a time", "`yield` it before the next")
         inbox.waiting = self.env.event()
@@ -205,6 +274,40 @@ class SharedAir:
             for row in inbox.coming:
                 self._look_for(inbox, row)
         return inbox.waiting
+
+    def _hear_pings(self, inbox: "_Inbox", asv: int, watching: Happenings) -> None:
+        """Let an ASV hear the pings that it has decoded so far, and each that it will decode."""
+        assert self._outcomes is not None
+        now, receptions = self.env.now, self._record.receptions.rows
+        here = (receptions["asv"] == asv) & (receptions["ended_at_s"] <= now)
+        for row in np.flatnonzero(here & np.isin(receptions["outcome"], (IN_FLIGHT, HEARD))):
+            outcome, snr_db = self._outcomes.outcome_of(int(row))
+            if outcome == HEARD:
+                met, levels = receptions[row], self._uplink.receiver.levels(snr_db)
+                self._hear_ping(
+                    inbox, int(met["ping"]), int(met["auv"]), float(met["arrived_at_s"]),
+                    float(met["ended_at_s"]), levels["level_db"],
+                )  # fmt: skip
+        watch = watching.watch({"reception"}, {"asv": asv, "outcome": "heard"}, now)
+
+        def take(event: simpy.Event) -> None:
+            _, time, row = event._value
+            self._hear_ping(inbox, row.ping, row.auv, row.arrived_at_s, time, row.level_db)
+            self._tell(inbox)
+            watch.next().callbacks.append(take)
+
+        watch.next().callbacks.append(take)
+
+    def _hear_ping(
+        self, inbox: "_Inbox", ping: int, auv: int, began: float, ended: float,
+        level_db: float | None,
+    ) -> None:  # fmt: skip
+        span, level = (inbox.node.reads(began), inbox.node.reads(ended)), _known(level_db)
+        inbox.take(HeardSignal(PING, self.names[auv], None, *span, 0, None, level, ping))
+
+    def sight_of(self, ping: int, asv: int) -> Any:
+        """Return what an ASV has measured of a ping, as :meth:`.node.Node.sight` says."""
+        return None if self._outcomes is None else self._outcomes.sight_of(ping, asv)
 
     def give_up(self, event: simpy.Event) -> None:
         """Succeed with None an event of a signal that has not come."""
@@ -230,29 +333,33 @@ class SharedAir:
         """Decide the sounds that are over at a vehicle by now; hand over the first it has
         decoded.
         """
-        now, over = self.env.now, []
+        over = []
         for row in inbox.coming:
-            capture = self._uplink.receiver.capture
-            outcome, *_ = self._sounds.outcome(row, now, capture, self._met())
-            sound = self._sounds.array[row]
+            outcome, *_ = self._uplink.became(row, self.env.now)
             if outcome != IN_FLIGHT:
                 over.append(row)
                 if outcome == HEARD:
-                    heappush(inbox.heard, (float(sound["ended_at_s"]), row))
+                    inbox.take(self._told(inbox.node, row))
         inbox.coming = [row for row in inbox.coming if row not in over]
-        if inbox.heard and inbox.waiting is not None and not inbox.waiting.triggered:
-            inbox.waiting.succeed(self._told(heappop(inbox.heard)[1]))
+        self._tell(inbox)
 
-    def _told(self, row: int) -> HeardSignal:
-        """Return a decoded signal as the program gets it."""
+    def _tell(self, inbox: "_Inbox") -> None:
+        """Hand over the first signal that a vehicle has decoded, if its program waits for one."""
+        if inbox.heard and inbox.waiting is not None and not inbox.waiting.triggered:
+            inbox.waiting.succeed(heappop(inbox.heard)[-1])
+
+    def _told(self, node: Node, row: int) -> HeardSignal:
+        """Return a decoded signal as the program of a vehicle gets it."""
         sound = self._sounds.array[row]
-        began, ended = float(sound["arrived_at_s"]), float(sound["ended_at_s"])
-        sender = self.names[sound["sender"]]
+        span = node.reads(float(sound["arrived_at_s"])), node.reads(float(sound["ended_at_s"]))
+        sender, number, level = self.names[sound["sender"]], int(sound["signal"]), None
+        if self._uplink.source_level_db is not None:
+            level = self._uplink.receiver.noise_db + 10.0 * log10(float(sound["sound"]))
         if sound["kind"] == BY_PING:
-            return HeardSignal(PING, sender, None, began, ended, 0, None)
-        message = self._said[sound["signal"]]
+            return HeardSignal(PING, sender, None, *span, 0, None, level, number)
+        message = self._said[number]
         return HeardSignal(
-            message.kind, sender, message.to, began, ended, message.bytes, message.data
+            message.kind, sender, message.to, *span, message.bytes, message.data, level
         )
 
     def close(self, time: float) -> None:
@@ -268,6 +375,8 @@ class SharedAir:
             lines = np.empty(len(here), SIGNAL_RECEPTION)
             capture = self._uplink.receiver.capture
             _note(rows[here], lines, time, *self._met(), self.auvs, capture)
+            failing = self._sounds.failing(rows[here]) & np.isin(lines["outcome"], (HEARD, LOST))
+            lines["outcome"][failing], lines["why"][failing] = LOST, FAILED_MEANWHILE
             table.rows[place[here[told[here]]]] = lines[told[here]]
 
     def _met(self) -> Pings:
@@ -281,11 +390,20 @@ class _Inbox:
     an event; and the event that is `waiting`.
     """
 
-    def __init__(self, coming: list[int]) -> None:
-        self.coming = coming
-        self.heard: list[tuple[float, int]] = []
+    def __init__(self, node: Node, coming: list[int]) -> None:
+        self.node, self.coming = node, coming
+        self.heard: list[tuple[float, int, HeardSignal]] = []
         self.awaited: set[int] = set()
         self.waiting: simpy.Event | None = None
+        self._count = count()  # of two that end at one instant the first comes first
+
+    def take(self, heard: HeardSignal) -> None:
+        """Keep a decoded signal until the program asks for it."""
+        heappush(self.heard, (heard.ended_at_s, next(self._count), heard))
+
+
+def _known(level_db: float | None) -> float | None:
+    return None if level_db is None or isnan(level_db) else level_db
 
 
 @compiled

@@ -9,7 +9,8 @@ A program is a generator of steps, one for each vehicle, beside the others in th
                 yield node.send("ping")
 
 It knows what its vehicle knows: what it hears, its own clock and its own chance.  What it sends is
-on the HF band, where it costs airtime and may drown what others hear (:mod:`.air`).
+on the HF band, where it costs airtime and may drown what others hear (:mod:`.air`).  All instants
+that it is told of, or names, are those of its clock.
 """
 
 from collections.abc import Callable, Generator, Iterator
@@ -31,7 +32,8 @@ Program = Callable[["Node"], Steps]
 
 class HeardSignal(NamedTuple):
     """A signal that a vehicle has decoded: its kind, sender and receiver (None: all); when (s) it
-    began and ended there; its size and content.
+    began and ended there, by the vehicle's clock; its size and content; its level (dB re 1 uPa),
+    None where the channel has no levels; the number of a ping.
     """
 
     kind: str
@@ -41,13 +43,16 @@ class HeardSignal(NamedTuple):
     ended_at_s: float
     bytes: int
     data: Any
+    level_db: float | None = None
+    ping: int | None = None
 
 
 @dataclass(eq=False)
 class Node:
     """A vehicle for its access program: its `name`, the mission's `slots`, a random stream of its
     own (`random`), and the instants (s) at which it has something to send (`packets`), a Poisson
-    process with mean interval `protocol.frame_s`.
+    process with mean interval `protocol.frame_s`.  `clock_error` is how many seconds its clock is
+    ahead at first, and how many more each second.
     """
 
     name: str
@@ -56,7 +61,9 @@ class Node:
     packets: Iterator[float]
     air: "Medium"
     number: int  # among all vehicles: AUVs come first, then ASVs
-    _woken: float = 0.0
+    clock_error: tuple[float, float] = (0.0, 0.0)
+    _woken: float = -1.0
+    _says: float = 0.0
 
     @property
     def is_asv(self) -> bool:
@@ -65,9 +72,24 @@ class Node:
 
     @property
     def clock(self) -> float:
-        """The vehicle's clock (s): the mission's time."""
+        """The reading of the vehicle's clock (s), exactly what the program waited for if it did."""
+        return self._says if self._woken == self.now else self.reads(self.now)
+
+    @property
+    def now(self) -> float:
+        """The mission's time (s)."""
         now = self.air.env.now
         return self._woken if abs(self._woken - now) < ROUNDING else now
+
+    def reads(self, time: float) -> float:
+        """Return the reading of the vehicle's clock (s) at an instant of the mission (s)."""
+        offset, drift = self.clock_error
+        return time + (offset + drift * time)
+
+    def when(self, reading: float) -> float:
+        """Return the instant of the mission (s) at which the vehicle's clock reads so (s)."""
+        offset, drift = self.clock_error
+        return (reading - offset) / (1.0 + drift)
 
     @property
     def asvs(self) -> list[str]:
@@ -79,19 +101,26 @@ class Node:
         return 8 * bytes / self.air.bit_rate_bps
 
     def until(self, instant: float) -> simpy.Event:
-        """Return the event of an instant (s), now if that is past.
+        """Return the event of an instant (s) of its clock, now if that is past.
 
         Raises:
             ValueError: when the instant is not finite.
         """
         if not isfinite(instant):
             refuse("instant (s) to wait for", instant, "be finite", "end the program with `return`")
-        event = moment(self.air.env, instant)
-        event.callbacks.append(lambda _: self._wake(instant))
+        return self._event(self.when(instant), instant)
+
+    def at(self, time: float) -> simpy.Event:
+        """Return the event of an instant of the mission (s)."""
+        return self._event(time, self.reads(time))
+
+    def _event(self, time: float, reading: float) -> simpy.Event:
+        event = moment(self.air.env, time)
+        event.callbacks.append(lambda _: self._wake(time, reading))
         return event
 
-    def _wake(self, instant: float) -> None:
-        self._woken = instant
+    def _wake(self, time: float, reading: float) -> None:
+        self._woken, self._says = time, reading
 
     def wait(self, duration: float) -> simpy.Event:
         """Return the event of an instant so much later (s).
@@ -114,13 +143,15 @@ class Node:
         A sound that begins as another ends counts; a signal that begins at this very instant is not
         known yet.
         """
-        return self.air.heard(self, since)
+        spans = self.air.heard(self, self.when(since))
+        return [(self.reads(begins), self.reads(ends)) for begins, ends in spans]
 
     def hears(self, within_s: float | None = None) -> simpy.Event:
         """Return the event of the next signal that the vehicle decodes: its value is a
         :class:`HeardSignal`, or None if none comes within `within_s` (s).
 
-        Signals decoded since the last call come first; the first time, all since the launch.
+        Signals decoded since the last call come first; the first time, all since the launch.  An
+        ASV hears pings of AUVs, too.
 
         Raises:
             ValueError: when the time is negative or no number.
@@ -139,18 +170,32 @@ class Node:
         lasts_s: float | None = None,
         data: Any = None,
         waited_s: float | None = None,
+        level_db: float | None = None,
     ) -> simpy.Event:
         """Send a signal that begins now; return the event of its end.
 
         A `ping` lasts `acoustics.hf.ping_s`, and is of AUVs alone; any other kind `lasts_s`, or as
         long as its bytes take at `acoustics.hf.bit_rate_bps`.  How long (s) a ping was held back,
-        `waited_s`, is put on record.
+        `waited_s`, is put on record.  Where the channel has levels a signal may be sent at a lower
+        one than the channel's `source_level_db`: `level_db` (dB re 1 uPa at 1 m), with as much less
+        power.
 
         Raises:
             ValueError: when an ASV is to ping, a vehicle that still sends is to send, nobody has
-                the name of whom it is sent to, or it does not last a finite time above 0.
+                the name of whom it is sent to, it does not last a finite time above 0, or there is
+                no such level.
         """
-        return self.air.send(self, ToSend(kind, to, bytes, lasts_s, data), waited_s)
+        return self.air.send(self, ToSend(kind, to, bytes, lasts_s, data, level_db), waited_s)
+
+    def sight(self, heard: HeardSignal) -> Any:
+        """Return what an ASV has measured of a ping, as that ends there, with the noise that its
+        fix will be made with (:class:`..outcomes.Sight`: place, covariance); None later, of other
+        signals, at AUVs, and by an instrument of one's own.
+        """
+        is_now = abs(self.when(heard.ended_at_s) - self.now) < ROUNDING
+        if not self.is_asv or heard.ping is None or not is_now:
+            return None
+        return self.air.sight_of(heard.ping, self.number - self.air.auvs)
 
 
 class Medium(Protocol):
@@ -162,6 +207,10 @@ class Medium(Protocol):
     names: list[str]
     auvs: int
     bit_rate_bps: float
+
+    @property
+    def sight_of(self) -> Callable[[int, int], Any]:
+        """What tells what an ASV, by its number, has measured of a ping."""
 
     def send(self, node: Node, message: "ToSend", waited_s: float | None) -> simpy.Event:
         """Let a node send a signal; return the event of its end."""
@@ -184,3 +233,4 @@ class ToSend(NamedTuple):
     bytes: int
     lasts_s: float | None
     data: Any
+    level_db: float | None = None

@@ -62,17 +62,19 @@ def run_programs(
     protocol: Protocol,
     streams: Streams,
     bit_rate_bps: float,
+    clocks: Floats,
 ) -> None:
     """Start the program of each AUV, and of each ASV if the program has a part for it; serve the
-    downlink meanwhile.
+    downlink meanwhile.  `clocks` (n, 2) says how late (s) the clock of each AUV is at first, and
+    how much later each second; ASVs have GNSS time.
 
     Each vehicle draws when it has something to send from a stream of its own, so that a further AUV
     leaves those of the others as they were.
     """
     cycles = Cycles(network)
 
-    def ping(auvs: Any, time: float, waited: Floats | None) -> range:
-        pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited)
+    def ping(auvs: Any, time: float, waited: Floats | None, level_db: float | None) -> range:
+        pings = network.uplink.send(cycles.number, 0, auvs, time, waited=waited, level_db=level_db)
         cycles.expect(pings)
         return pings
 
@@ -80,9 +82,11 @@ def run_programs(
     program: Program = checked_part(ACCESS, protocol.program, _checked)
     air = SharedAir(
         network.env, network.uplink, network.record, streams, bit_rate_bps=bit_rate_bps,
-        hearing=traits.hears, ping=ping, data=network.data,
+        hearing=traits.hears or protocol.acknowledges_pings, ping=ping, data=network.data,
+        watching=network.watching, outcomes=network.outcomes,
     )  # fmt: skip
-    for number, name in enumerate(air.names if traits.on_asvs else air.names[: air.auvs]):
+    on_asvs = traits.on_asvs or protocol.acknowledges_pings
+    for number, name in enumerate(air.names if on_asvs else air.names[: air.auvs]):
         whose = (number,) if number < air.auvs else (number - air.auvs, 0)
         node = Node(
             name,
@@ -91,6 +95,7 @@ def run_programs(
             poisson(streams.of(Purpose.PACKET, *whose), protocol.frame_s),
             air,
             number,
+            tuple((-clocks[number]).tolist()) if number < air.auvs else (0.0, 0.0),
         )
         network.env.process(program(node))
     if protocol.signals:

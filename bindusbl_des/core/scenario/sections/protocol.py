@@ -1,5 +1,6 @@
 """The keys of the protocol: who pings when, who answers how, and what the clock is."""
 
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field, WithJsonSchema
@@ -249,9 +250,16 @@ class Protocol(Section):
 
     @property
     def scheduling(self) -> ScheduleTraits:
-        """What the schedule declares; where AUVs run a program, that they ping as they like."""
-        law = ACCESS.declared(self.access).law
-        return SCHEDULE.declared(self.schedule) if law == "slots" else ScheduleTraits(access=law)
+        """What the schedule declares; where AUVs run a program, that they ping as they like: by no
+        known law where ASVs acknowledge pings, or AUVs repeat them.
+        """
+        traits, law = SCHEDULE.declared(self.schedule), ACCESS.declared(self.access).law
+        if law != "slots":
+            traits = ScheduleTraits(access=law)
+        asked = "acknowledgement_bytes", "repeat"
+        if traits.access != "slots" and any(map(self._asked_of_program, asked)):
+            traits = replace(traits, access="program")
+        return traits
 
     @property
     def program(self) -> PartChoice:
@@ -263,15 +271,26 @@ class Protocol(Section):
             return PartChoice("scheduled")
         if ACCESS.declared(self.access).law != "slots":
             return self.access
-        named = BY_SCHEDULE.get(self.scheduling.access, "scheduled")
+        named = BY_SCHEDULE.get(SCHEDULE.declared(self.schedule).access, "scheduled")
         return PartChoice(named, self.schedule.settings if named == self.schedule else None)
+
+    def _asked_of_program(self, setting: str) -> bool:
+        """Whether a program that ships is given a setting."""
+        return not self.program.is_own and bool(self.program.settings.get(setting))
+
+    @property
+    def acknowledges_pings(self) -> bool:
+        """Whether ASVs acknowledge the pings of a program that ships."""
+        return self._asked_of_program("acknowledgement_bytes")
 
     @property
     def signals(self) -> bool:
         """Whether vehicles may send signals beside pings, by their programs: one's own always may,
         whether or not it is loaded where its tables are read.
         """
-        return self.program.is_own or ACCESS.declared(self.program).signals
+        traits = ACCESS.declared(self.program)
+        own = self.program.is_own or traits.signals
+        return own or (traits.law != "slots" and self.acknowledges_pings)
 
     @property
     def rule(self) -> PartChoice:

@@ -1,0 +1,97 @@
+"""Pings that ASVs acknowledge, and that AUVs repeat: settings of every program, and what they do.
+
+An ASV that has decoded a ping says so by a signal, each in its turn behind the end of the ping, so
+that two of them never meet at the AUV; one that hears another say so before its turn keeps quiet.
+An AUV that hears none within all turns backs off, for a time drawn up to 2, 4, 8... times as long
+as a ping with these turns, and pings once more: of where it is by then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from ...core.protocol.access import PING
+from ...core.scenario.key_types import Whole, key
+from ...core.scenario.part_choice import Settings
+
+if TYPE_CHECKING:
+    import simpy
+
+    from ...core.protocol.access.node import HeardSignal, Node, Steps
+
+ACKNOWLEDGEMENT = "acknowledgement"
+
+
+class Acknowledging(Settings):
+    """Settings that every program has."""
+
+    acknowledgement_bytes: Whole | None = key(
+        None,
+        "B",
+        "size of the signal by which an ASV tells that it has decoded a ping; null = none does",
+        ge=1,
+        le=65_535,
+    )
+    repeat: Whole = key(
+        0,
+        "1",
+        "how many more times an AUV pings, after a backoff each, as long as no ASV acknowledges it",
+        ge=0,
+        le=1000,
+    )
+
+
+def acknowledged_s(node: Node, settings: Acknowledging, asvs: int) -> float:
+    """Return how long (s) behind its ping an AUV waits for so many ASVs that may acknowledge it."""
+    size = settings.acknowledgement_bytes
+    return 0.0 if size is None else asvs * _turn_s(node, size)
+
+
+def _turn_s(node: Node, size: int) -> float:
+    """Return how long (s) a turn is: the longest way there and back, and an acknowledgement."""
+    return node.lasts_s(size) + 2.0 * node.slots.longest_travel_time
+
+
+def is_done(
+    node: Node, settings: Acknowledging, sent: simpy.Event, again: int, asvs: int | None = None
+) -> Generator[simpy.Event, Any, bool]:
+    """Tell whether an AUV is done with what it had to send, of which this was the ping number
+    `again`, from 0: some ASV (of so many that may) has acknowledged it, or it has repeated it as
+    often as it may.  If not, it has waited for that, and backed off.
+    """
+    size, is_last = settings.acknowledgement_bytes, again >= settings.repeat
+    if size is None and is_last:
+        return True
+    yield sent
+    within = acknowledged_s(node, settings, len(node.asvs) if asvs is None else asvs)
+    until = node.clock + within
+    while size is not None and until > node.clock:
+        heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
+        if heard is not None and (heard.kind, heard.to) == (ACKNOWLEDGEMENT, node.name):
+            return True
+    if not is_last:
+        turn = node.slots.ping_duration + 2.0 * node.slots.longest_travel_time + within
+        yield node.wait(turn * 2.0 ** min(again + 1, 10) * node.random.random())
+    return is_last
+
+
+def acknowledge(node: Node, settings: Acknowledging) -> Steps:
+    """As an ASV, acknowledge each ping in its turn, unless another has by then; what it cannot in
+    its turn, it leaves.
+    """
+    size = settings.acknowledgement_bytes
+    assert size is not None
+    turn_s, place = _turn_s(node, size), node.asvs.index(node.name)
+    due: list[tuple[float, str]] = []
+    while True:
+        within = max(due[0][0] - node.clock, 0.0) if due else None
+        heard: HeardSignal | None = yield node.hears(within_s=within)
+        if heard is None:
+            time, auv = due.pop(0)
+            if node.clock - time < turn_s:
+                yield node.send(ACKNOWLEDGEMENT, to=auv, bytes=size)
+        elif heard.kind == PING:
+            due.append((heard.ended_at_s + place * turn_s, heard.sender))
+        elif heard.kind == ACKNOWLEDGEMENT:
+            due = [one for one in due if one[1] != heard.to]
