@@ -17,7 +17,7 @@ from worlds import blank, scenario
 from bindusbl_des import Setup
 from bindusbl_des.core.records.events import HEARD
 from bindusbl_des.core.records.rows import PING, RECEPTION
-from bindusbl_des.core.usbl.fixes import HeardBeacon, located_astray, measured_astray
+from bindusbl_des.core.usbl.fixes import HeardBeacon, located_with_errors, measured_with_errors
 from bindusbl_des.core.usbl.fusion import fuse_shared
 from bindusbl_des.core.usbl.measuring import Instrument
 from bindusbl_des.core.usbl.systematic_effects import SLOW, SYSTEMATIC, Systematic
@@ -114,7 +114,7 @@ class Sea:
             levels[0], variances, self.wrong[:3],
             self.wrong[3:9].reshape(3, 1, 2), self.wrong[None, 10:],
         )  # fmt: skip
-        return measured_astray(heard, FLEET, instrument, np.array([self.strayed]), systematic)
+        return measured_with_errors(heard, FLEET, instrument, np.array([self.strayed]), systematic)
 
 
 def tell(levels: Array, sds: Array, **begin: int) -> None:
@@ -389,7 +389,7 @@ def beacon(wrong: Array, place: Array, **told: int) -> tuple[Array, Array, Array
         levels[0], SDS[[0, 3, 4, 9, 10, 11]] ** 2, wrong[:1], wrong[1:3].reshape(1, 1, 2),
         wrong[None, 4:],
     )  # fmt: skip
-    return located_astray(own, instrument, systematic)
+    return located_with_errors(own, instrument, systematic)
 
 
 @pytest.mark.parametrize("column", range(6))

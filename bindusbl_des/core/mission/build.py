@@ -41,7 +41,7 @@ from ..scenario.families import BROADCASTER, DOWNLINK, SCHEDULE
 from ..scenario.part_choice import checked_part
 from ..setup import Setup
 from ..usbl.array import elements_of
-from ..usbl.fixes import Astray
+from ..usbl.fixes import UsblWithErrors
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
 from ..usbl.range_rates import RangeRates
@@ -359,9 +359,9 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
     )
 
 
-def carried(setup: Setup, streams: Streams) -> Usbl | Astray:
+def carried(setup: Setup, streams: Streams) -> Usbl | UsblWithErrors:
     """Return the USBL instrument that every ASV, or with passive ranging every AUV, carries, with
     its systematic errors, if any.
     """
     usbl, systematic = setup.usbl, systematic_errors_of(setup, streams)
-    return usbl if systematic is None else Astray(usbl, systematic)
+    return usbl if systematic is None else UsblWithErrors(usbl, systematic)

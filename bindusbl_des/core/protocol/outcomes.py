@@ -19,13 +19,13 @@ from ..acoustics.travel_time import PASSED
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ..usbl.array import ELEMENTS, plus, scaled
-from ..usbl.fixes import OUTLIER_WIDTH, Astray, measured, measured_astray, note
+from ..usbl.fixes import OUTLIER_WIDTH, UsblWithErrors, measured, measured_with_errors, note
 from ..usbl.instrument import Usbl
 from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
 from ..usbl.own_instrument import OwnInstrument, mirrored, sounding_of
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import SLOW, advance, blend
-from ..usbl.systematic_effects import PackedErrors, Systematic, astray
+from ..usbl.systematic_effects import PackedErrors, Systematic, gnss_error
 from ..usbl.two_way import Heard
 from .pings import HfBand
 from .reception import Decided, PairNoise, foretold, resolve
@@ -41,7 +41,7 @@ class Measuring:
 
     def __init__(
         self,
-        instrument: Usbl | Astray | OwnInstrument,
+        instrument: Usbl | UsblWithErrors | OwnInstrument,
         streams: Streams,
         auvs: int,
         asvs: int,
@@ -57,7 +57,7 @@ class Measuring:
         self._record, self._errors, outliers = record, None, 0
         #: Systematic errors; None without any.
         self.systematic: Systematic | None = None
-        if isinstance(instrument, Astray):
+        if isinstance(instrument, UsblWithErrors):
             (instrument, systematic), outliers = instrument, OUTLIER_WIDTH
             self.systematic = systematic._replace(levels=systematic.levels[0])
             jacobians = record.jacobians
@@ -364,11 +364,11 @@ class Outcomes:
         if measuring.systematic is None:
             place, covariance = measured(heard, self._listeners.motion, instrument, self._strayed)
         else:
-            place, covariance, *_ = measured_astray(
+            place, covariance, *_ = measured_with_errors(
                 heard, self._listeners.motion, instrument, self._strayed, measuring.systematic
             )
             arrived_at = float(alone["arrived_at_s"][0])
-            own = plus(own, astray(asv, arrived_at, measuring.systematic))
+            own = plus(own, gnss_error(asv, arrived_at, measuring.systematic))
         heading = math.remainder(yaw + heading_sd * float(noise[HEADING_NOISE]), math.tau)
         return Sight(place, covariance, own, heading)
 

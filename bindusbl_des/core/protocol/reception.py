@@ -30,10 +30,10 @@ from ..records.events import (
 from ..records.rows import FIX, NONE, PING, RECEPTION, Row, Rows
 from ..usbl.fixes import (
     HeardBeacon,
-    located_astray,
     located_itself,
+    located_with_errors,
     measured,
-    measured_astray,
+    measured_with_errors,
     note,
 )
 from ..usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
@@ -199,7 +199,7 @@ def _make(
         heard = Heard(ping, receptions, by.noise.taken_now)
         if errors is not None:
             packed_errors = unpacked(errors, PackedErrors)
-            place, covariance, jacobian, packed_errors.left[fix] = measured_astray(
+            place, covariance, jacobian, packed_errors.left[fix] = measured_with_errors(
                 heard, by.listeners, instrument, by.strayed, systematic_of(packed_errors)
             )
             packed_errors.jacobians[fix] = jacobian[:2]
@@ -222,7 +222,7 @@ def _locate_itself(
     own = HeardBeacon(ping, reception, (x, y, z), yaw, drawn)
     if errors is not None:
         packed_errors = unpacked(errors, PackedErrors)
-        place, covariance, jacobian, packed_errors.left[fix] = located_astray(
+        place, covariance, jacobian, packed_errors.left[fix] = located_with_errors(
             own, instrument, systematic_of(packed_errors)
         )
         packed_errors.jacobians[fix] = jacobian[:2]

@@ -1,9 +1,9 @@
-"""Where a ping comes from: the direction that a small array of hydrophones makes out.
+"""The direction of a ping, measured by a small array of hydrophones.
 
 Frames: the survey frame has x north, y east and z down; the array frame has x forward, y to
 starboard and z down, so a target below the array has a positive z.  Angles are in radians: azimuth
-from x towards y, elevation positive downwards.  Vectors are three numbers, which compiled code
-keeps at hand (arrays would be made anew each time); sums run from x to z.
+from x towards y, elevation positive downwards.  Vectors are tuples of three numbers, which compiled
+code keeps in registers (arrays would be allocated each time); sums run from x to z.
 """
 
 import math
@@ -86,13 +86,13 @@ def row_of(matrix: Floats, row: int) -> Vector:
 
 
 @inlined
-def turned(rotation: Floats, a: Vector) -> Vector:
+def rotated(rotation: Floats, a: Vector) -> Vector:
     """Return R a of a rotation R (3, 3)."""
     return dot(row_of(rotation, 0), a), dot(row_of(rotation, 1), a), dot(row_of(rotation, 2), a)
 
 
 @inlined
-def turned_back(rotation: Floats, a: Vector) -> Vector:
+def rotated_back(rotation: Floats, a: Vector) -> Vector:
     """Return R^T a of a rotation R (3, 3)."""
     x = rotation[0, 0] * a[0] + rotation[1, 0] * a[1] + rotation[2, 0] * a[2]
     y = rotation[0, 1] * a[0] + rotation[1, 1] * a[1] + rotation[2, 1] * a[2]
@@ -100,7 +100,7 @@ def turned_back(rotation: Floats, a: Vector) -> Vector:
     return x, y, z
 
 
-# Elements that have their noise at the beginning of a row of it
+# Number of elements whose noise is at the beginning of a row of noise
 ELEMENTS = 5
 
 # Hydrophone positions in the array frame (m).
@@ -129,10 +129,10 @@ ARRAYS: dict[str, Floats] = {
 
 
 def elements_of(array: str | Sequence[Sequence[float]]) -> Floats:
-    """Return where the elements of an array are (n, 3), m, in the array frame.
+    """Return the positions of an array's elements (n, 3), m, in the array frame.
 
-    An array has a name, or is given by the places of its elements (m, body frame): these are taken
-    about their mean, which is where the vessel's navigation says that the vessel is.
+    An array is named, or given by the positions of its elements (m, body frame): their mean is the
+    origin, which is the position of the vessel's navigation.
     """
     if isinstance(array, str):
         return ARRAYS[array]
@@ -140,7 +140,7 @@ def elements_of(array: str | Sequence[Sequence[float]]) -> Floats:
     return np.asarray(places - places.mean(axis=0))
 
 
-# What a scatter matrix has beside its diagonal by rounding, as a share of its largest number
+# Relative rounding errors off the diagonal of a scatter matrix
 ROUNDING = 1e-12
 
 # Gauss-Newton steps on the sphere; the second changes the direction by less than 1e-6 rad
@@ -157,7 +157,7 @@ def scatter(array: Floats) -> Floats:
     """
     centred = array - array.mean(axis=0)
     metric = centred.T @ centred
-    metric[np.abs(metric) < ROUNDING * metric.max()] = 0.0  # that a symmetric array lacks
+    metric[np.abs(metric) < ROUNDING * metric.max()] = 0.0  # exactly 0 for a symmetric array
     return np.asarray(metric)
 
 
@@ -181,17 +181,18 @@ def arrival_differences(
     """Return the arrival time differences (s) of all pairs of hydrophones, (i, j) with i < j.
 
     `source` is in the array frame (m); the wave is spherical; `noise` are standard normal numbers,
-    one for each element, `sd` (s) what one of them is worth.  Nothing is rounded: instruments find
-    differences by phases or between the samples of a correlation (EvoLogics' telegram USBLPHYD has
-    them in ns), for what is rounded errs by as much from ping to ping where nobody moves.
+    one for each element, with the standard deviation `sd` (s).  Nothing is rounded: instruments
+    measure differences by phases or between the samples of a correlation (EvoLogics' telegram
+    USBLPHYD has them in ns), while a rounding error would be the same from ping to ping if nothing
+    moves.
     """
     count = array.shape[0]
     pairs = count * (count - 1) // 2
-    times = np.empty(pairs + count)  # one array, since to make one takes as long as a dozen sums
+    times = np.empty(pairs + count)  # one array, since an allocation takes as long as a dozen sums
     differences, arrivals = times[:pairs], times[pairs:]
     for k in range(count):
         way = length(minus(source, row_of(array, k)))
-        # A row of noise begins with five elements; further ones stand at its end
+        # A row of noise begins with five elements; further ones are at its end
         drawn = noise[k] if k < ELEMENTS else noise[noise.size - 1 - k + ELEMENTS]
         arrivals[k] = way / sound_speed + sd * drawn
     pair = 0
@@ -204,9 +205,9 @@ def arrival_differences(
 
 @compiled
 def tangents(unit: Vector) -> tuple[Vector, Vector]:
-    """Return two unit vectors that span the plane across a direction, the first one level.
+    """Return two unit vectors that span the plane across a direction, the first one horizontal.
 
-    Straight above or below, where every vector across is level, the first is the y axis.
+    For the vertical, where all are horizontal, the first is the y axis.
     """
     level, first = math.sqrt(unit[0] ** 2 + unit[1] ** 2), (0.0, 1.0, 0.0)
     if level > 1e-9:
@@ -244,8 +245,8 @@ def direction(array: Floats, differences: Floats, sound_speed: float, metric: Fl
 
 @compiled
 def plane_wave(metric: Floats, a: Vector, sound_speed: float, count: int) -> Vector:
-    """Return M^-1 a c / n of a metric M (3, 3), symmetric, by its adjugate; a diagonal one divides
-    axis by axis.
+    """Return M^-1 a c / n of a symmetric metric M (3, 3), by its adjugate; a diagonal one is
+    divided axis by axis.
     """
     xx, yy, zz = metric[0, 0], metric[1, 1], metric[2, 2]
     xy, xz, yz = metric[0, 1], metric[0, 2], metric[1, 2]
@@ -267,8 +268,8 @@ def plane_wave(metric: Floats, a: Vector, sound_speed: float, count: int) -> Vec
 def across_by_metric(
     metric: Floats, east: Vector, down: Vector, way: Vector
 ) -> tuple[float, float, float]:
-    """Return how far along two vectors one comes nearest to a `way` in the metric of an array, both
-    times a determinant, and that.
+    """Return the coefficients of two vectors that best fit a vector `way` in the metric of an
+    array, both times a determinant, and that determinant.
 
     Source: weighted least squares, (T^T M T)^-1 T^T M w with T = (east, down).
     """

@@ -1,20 +1,20 @@
-"""Fixes: what one array makes of a ping, and those of all that heard it, made one.
+"""Fixes: the measurements of all arrays that heard a ping, fused.
 
-Without errors that last each measurement errs by itself (:func:`measured`).  With systematic errors
+Without systematic errors measurements are independent (:func:`measured`).  With them
 
-    fix = place + J c + noise
+    fix = position + J c + noise
 
-c are the heading misalignment of each ASV, the slow error of its GNSS position along x and y, the
-share by which sound is taken for too fast, and how late the AUV's clock is.  What an ASV has by
-itself is one more error of its measurement; sound speed and clock are those of all that hear a ping
-at once, so that they are fused as unknowns beside the place (best linear unbiased estimate).
+where c are the heading misalignment of each ASV, the slow error of its GNSS position along x and y,
+the relative error of the assumed sound speed, and how late the AUV's clock is.  An ASV's own errors
+are further errors of its measurement; sound speed and clock are common to all ASVs that hear a
+ping, so they are fused as unknowns beside the position (best linear unbiased estimate).
 
-An AUV that measures an ASV's ping with its own array finds where it is itself (inverted USBL).
-Everything is that of :mod:`.measuring` seen from the other end: the array and the AHRS are the
-AUV's, the source is the ASV.  Synchronised clocks make the travel time a range.  With the source as
-the origin a fix is the mirror image of a fix of the source, and so is its covariance.  Source:
-Rypkema, Fischell and Schmidt, "One-way travel-time inverted ultra-short baseline localization for
-low-cost autonomous underwater vehicles", ICRA 2017.
+An AUV that measures an ASV's ping with its own array gets its own position (inverted USBL).
+Everything is :mod:`.measuring` from the other end: the array and the AHRS are the AUV's, the source
+is the ASV. Synchronised clocks make the travel time a range.  With the source as the origin a fix
+is the mirror image of a fix of the source, and so is its covariance.  Source: Rypkema, Fischell and
+Schmidt, "One-way travel-time inverted ultra-short baseline localization for low-cost autonomous
+underwater vehicles", ICRA 2017.
 """
 
 from math import hypot, isnan, nan, sqrt
@@ -47,10 +47,10 @@ from .systematic_effects import (
     add,
     add_own,
     add_unknown_turn,
-    astray,
     bent,
     changes,
     deviations,
+    gnss_error,
     kept,
     lengthen,
     level_part,
@@ -78,12 +78,12 @@ def measured(
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
-    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
-    its course, m2).
+    `strayed` (AUVs,), m2, is the variance, along any level axis, of how far each AUV goes between a
+    call and its answer.
     """
     if not isnan(heard.ping.call_time_s):
         return two_way(heard, asvs, instrument, strayed[heard.ping.auv])
-    estimate, covariance, first = heard.noise[0], heard.noise, True  # until somebody has heard it
+    estimate, covariance, first = heard.noise[0], heard.noise, True  # placeholders of these types
     for row in range(len(heard.receptions)):
         reception, noise = heard.receptions[row], heard.noise[row]
         if reception.outcome != HEARD:
@@ -102,7 +102,7 @@ def measured(
 
 @compiled
 def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
-    """Write what has been measured of a ping to the row of its fix."""
+    """Write a measured position and its covariance to the row of a fix."""
     row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
     row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
     row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
@@ -112,12 +112,12 @@ def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
     row.error_m = hypot(estimate[0] - ping.x_m, estimate[1] - ping.y_m)
 
 
-# Numbers of a row of noise, after those of NOISE_WIDTH and of the loss, that make an outlier
+# Number of columns for an outlier in a row of noise, after NOISE_WIDTH and the loss
 OUTLIER_WIDTH = 3
 
 
-class Astray(NamedTuple):
-    """The instrument that every ASV carries, and what is wrong all the time."""
+class UsblWithErrors(NamedTuple):
+    """The instrument that every ASV carries, and its systematic errors."""
 
     usbl: Usbl
     systematic: Systematic
@@ -125,19 +125,21 @@ class Astray(NamedTuple):
 
 @compiled
 def jump(fix: Floats, noise: Floats, levels: Row) -> None:
-    """Make an outlier of a fix (3,), m, if its noise says so; no covariance knows of that."""
+    """Make a fix (3,), m, an outlier, which its covariance does not contain, if its noise says
+    so.
+    """
     if levels.outlier_sd_m > 0.0 and noise[NOISE_WIDTH + 1] < levels.outliers_below:
         for axis in range(2):
             fix[axis] += levels.outlier_sd_m * noise[NOISE_WIDTH + 2 + axis]
 
 
 class AsvFix(NamedTuple):
-    """What one array makes of a ping: a fix (3,), m, in the direction `seen` at a range `reach`
-    (m); the covariance (4, 4), m2, of it and of (less) the length of the call's way, with no error
-    that lasts; its effects (4, EFFECTS), their changes along x and y (2, 4, EFFECTS), the `bends`
-    (4, EFFECTS) that a misalignment (rad) squared makes half of, and that length (m), 0 without a
-    call.  The call came along the unit vector `bearing` (3,); per m that its way was longer than if
-    the AUV had kept its place, fix and (less) that length are off by `moved` (4,).
+    """One array's fix of a ping: its position (3,), m, in the direction `seen` at a range `reach`
+    (m); the covariance (4, 4), m2, of the position and of minus the call's path length, without
+    systematic errors; the Jacobian by these, `effects` (4, EFFECTS), its derivatives along x and y
+    (2, 4, EFFECTS), and the second derivatives `bends` (4, EFFECTS); and the call's path length
+    (m), 0 without a call.  The call came along the unit vector `bearing` (3,); `moved` (4,) is the
+    derivative by how much longer (m) its path was than if the AUV had not moved.
     """
 
     fix: Floats
@@ -157,9 +159,8 @@ def by_range(
     seen: Sighting, call_way: float, sign: float, clock_sd: float, noise: Floats,
     instrument: Instrument,
 ) -> AsvFix:  # fmt: skip
-    """Return what an array makes of a ping that came over the path measured, less that of a call
-    that went a known way (m); a clock that is late (of a standard deviation, s) makes the range
-    longer, or shorter by a `sign`.
+    """Return an array's fix of a ping by the measured path less a call's known path (m); a late
+    clock (standard deviation, s) makes the range longer by `sign` 1, or shorter by -1.
     """
     reach, spread, levels = seen.path - call_way, np.zeros((4, 4)), instrument.levels
     fix, spread[:3, :3] = placed(seen, reach, path_sd(seen.path, levels), noise, instrument)
@@ -170,7 +171,7 @@ def by_range(
     farther[SOUND_SPEED], farther[CLOCK] = seen.path, sign * speed
     farther[SLOW_RANGE] = path_sd(seen.path, levels, True)
     lengthen(effects, seen.unit, farther, kept(ahead, reach))
-    effects[3] = 0.0  # the length of the call's way is given
+    effects[3] = 0.0  # the length of the call's path is given
     return AsvFix(
         fix, seen, reach, spread, effects, changes(effects, ahead, seen, instrument, clock_m),
         bent(effects, ahead, instrument), call_way, seen.unit, np.zeros(4),
@@ -182,7 +183,7 @@ def by_other(
     heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument, sds: Floats,
     systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
-    """Return what an ASV makes of a ping, or of an answer whose call went a known way (m)."""
+    """Return an ASV's fix of a ping, or of an answer to a call whose path (m) is known."""
     seen, noise = sighting(heard, row, asvs, instrument, systematic), heard.noise[row]
     part = by_range(seen, call_way, 1.0, sds[CLOCK], noise, instrument)
     jump(part.fix, noise, systematic.levels)
@@ -194,11 +195,11 @@ def _by_whole_way(
     heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats, sds: Floats,
     systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
-    """Return what an ASV makes of an answer by the whole way of call and answer."""
+    """Return an ASV's fix of an answer by the whole path of call and answer."""
     ping, noise = heard.ping, heard.noise[row]
     seen = sighting(heard, row, asvs, instrument, systematic)
     baseline = way_to_caller(heard, row, seen, asvs, instrument)
-    baseline = plus(baseline, astray(ping.called_by, ping.called_at_s, systematic))
+    baseline = plus(baseline, gnss_error(ping.called_by, ping.called_at_s, systematic))
     alone = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
     fix, spread, own = alone.fix, alone.covariance, alone.own
     ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
@@ -232,32 +233,31 @@ def _by_whole_way(
 
 @compiled
 def _clock_at(ping: Row) -> float:
-    """Return when (s) the AUV's clock told it to ping; NaN if a call did."""
+    """Return when (s) the AUV's clock triggered its ping; NaN if a call did."""
     return float(ping.sent_at_s) if isnan(ping.call_time_s) else nan
 
 
-# What is fused: a place, the error of the call's way (m), sound speed and clock per sd
+# Number of fused unknowns: position (3), error of the call's path (m), sound speed and clock (sd)
 UNKNOWNS = 6
 
-# As unlikely (sd) as consistent fixes of a ping contradict each other once in a thousand pings
+# Threshold (sd) on contradictions, which consistent fixes exceed once in a thousand pings
 CONTRADICTION = 3.0902
 
 
 @compiled
-def measured_astray(
+def measured_with_errors(
     heard: Heard,
     asvs: Motion,
     instrument: Instrument,
     strayed: Floats,
     systematic: Systematic,
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, J (3, 4 k + 2), and what is
-    left of the covariance without the errors that J is of, xx, yy, xy (3,), m2.
+    """Return the fix (3,), m, of a ping, its covariance (3, 3), m2, its Jacobian J (3, 4 k + 2) by
+    k systematic errors, and the remaining covariance without these, xx, yy, xy (3,), m2.
 
-    `strayed` (AUVs,) is how far each may have strayed between a call and its answer (variance along
-    its course, m2).  Behind the columns of J at the fix are
-    their derivatives along x, along y, and by what they belong to; last are those of the way along
-    x and y (m) from where the AUV has answered back to where it has heard the call.
+    `strayed` (AUVs,), m2, as of :func:`measured`.  Columns of J are the Jacobian at the fix, its
+    derivatives along x, along y, and by each error; last the derivatives by the displacement (m)
+    along x and y from where the AUV answered back to where it heard the call.
     """
     first, sds = first_to_locate(heard), deviations(_clock_at(heard.ping), systematic.levels)
     if not isnan(heard.ping.call_time_s):
@@ -281,7 +281,7 @@ def measured_astray(
             note_sight(heard.receptions[row], part.fix, part.seen, part.reach, own, instrument)
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, systematic)[:3]
-            if begun.call_way > 0.0:  # its error is in every other range
+            if begun.call_way > 0.0:  # the error of the call's path is in every other range
                 for i in range(3):
                     off[i] += part.seen.unit[i] * known[3]
             for i in range(3):
@@ -305,7 +305,7 @@ def measured_astray(
     if others == 0 and begun.call_way == 0.0:
         note_sight(reception, begun.fix, begun.seen, begun.reach, left, instrument)
     elif count > 0 or doubt > 1.0 or begun.call_way > 0.0 or sds[SOUND_SPEED] + sds[CLOCK] > 0.0:
-        unknown_sights(heard.receptions)  # they err together
+        unknown_sights(heard.receptions)  # their errors are correlated
         if not isnan(heard.ping.call_time_s):
             note_call(heard.receptions, heard.ping)
     move(jacobians, state)
@@ -315,7 +315,7 @@ def measured_astray(
 
 @compiled
 def _begun(part: AsvFix, sds: Floats) -> Floats:
-    """Return the covariance (UNKNOWNS, UNKNOWNS) of what is fused, after the first measurement."""
+    """Return the covariance (UNKNOWNS, UNKNOWNS) of the unknowns after the first measurement."""
     out = np.zeros((UNKNOWNS, UNKNOWNS))
     out[:4, :4] = part.covariance
     add_own(out[:4, :4], part.effects, part.bends, sds)
@@ -330,7 +330,7 @@ def _begun(part: AsvFix, sds: Floats) -> Floats:
 
 @compiled
 def _beside(part: AsvFix, sds: Floats) -> Floats:
-    """Return how a fix depends (3, UNKNOWNS - 3) on what is fused beside the place."""
+    """Return the Jacobian (3, UNKNOWNS - 3) of a fix by the unknowns beside the position."""
     out = np.zeros((3, UNKNOWNS - 3))
     for i in range(3):
         if part.call_way > 0.0:
@@ -342,9 +342,8 @@ def _beside(part: AsvFix, sds: Floats) -> Floats:
 
 @compiled
 def _columns(part: AsvFix, heard: Heard, row: int, systematic: Systematic) -> Floats:
-    """Return effects in the columns of J, (4, 5 k + 1): as they would be at the origin, how they
-    change along x, along y, and with what they belong to, and as they are; and that of the call's
-    way.
+    """Return effects in the columns of J, (4, 5 k + 1): extrapolated to the origin, their
+    derivatives along x, along y, and by each error, and at the fix; last those of the call's path.
     """
     count, asv = systematic.variances.size, heard.receptions[row].asv
     whose = Whose(asv, asv, heard.ping.called_by, _clock_at(heard.ping))
@@ -352,7 +351,7 @@ def _columns(part: AsvFix, heard: Heard, row: int, systematic: Systematic) -> Fl
     out[:, 5 * count] = part.moved
     write_columns(out, part.effects, part.changes, part.bends, whose, systematic)
     out[:, 4 * count : 5 * count] = out[:, :count]
-    move(out, -part.fix)  # each from its own fix to where all can be added up
+    move(out, -part.fix)  # from each fix to the origin, where all can be added
     return out
 
 
@@ -361,8 +360,8 @@ def write_columns(
     out: Floats, effects: Floats, moved: Floats, bends: Floats, whose: Whose,
     systematic: Systematic,
 ) -> None:  # fmt: skip
-    """Write effects (4, EFFECTS) to columns of J (4, 4 k or more), how these change along x, along
-    y (2, 4, EFFECTS), and with what they belong to.
+    """Write effects (4, EFFECTS) to the columns of J (4, 4 k or more), with their derivatives along
+    x, along y (2, 4, EFFECTS), and by each error.
     """
     count, levels = systematic.variances.size, systematic.levels
     spread_out(effects, out[:, :count], whose, levels)
@@ -374,11 +373,11 @@ def write_columns(
 
 @compiled
 def _doubt(squares: float, freedom: float, levels: Row) -> float:
-    """Return the factor on the covariance of fixes that contradict each other, else 1.
+    """Return the factor that inflates the covariance of contradicting fixes, else 1.
 
-    Where there may be outliers, an improbable sum of squares says that somebody has measured one;
-    nobody knows who.  Sources: limit of chi-squared by Wilson and Hilferty, 1931; factor by Birge,
-    Phys. Rev. 40, 1932.
+    Where there may be outliers, an improbable sum of squares means that an ASV has measured one,
+    but not which.  Sources: limit of chi-squared by Wilson and Hilferty, 1931; factor by Birge,
+    Phys.  Rev. 40, 1932.
     """
     if levels.outlier_sd_m <= 0.0 or freedom <= 0.0:
         return 1.0
@@ -388,10 +387,9 @@ def _doubt(squares: float, freedom: float, levels: Row) -> float:
 
 
 class HeardBeacon(NamedTuple):
-    """A ping and its reception at an AUV: where that is as it arrives (3,), m, and heads (rad), and
-    the noise of the measurement, standard normal numbers (NOISE_WIDTH or more).
-
-    The three of GNSS make the error of what the AUV takes the ASV's place for.
+    """A ping and its reception at an AUV: the AUV's position (3,), m, and heading (rad) as it
+    arrives, and the noise of the measurement, standard normal numbers (NOISE_WIDTH or more), whose
+    GNSS columns are the error of the ASV's position.
     """
 
     ping: Row
@@ -403,9 +401,8 @@ class HeardBeacon(NamedTuple):
 
 @compiled
 def located_itself(own: HeardBeacon, instrument: Instrument) -> tuple[Floats, Floats]:
-    """Return the fix (3,), m, of an AUV where a ping has reached it, and its covariance (3, 3), m2.
-
-    It is the ASV's place less the offset measured.
+    """Return an AUV's own fix (3,), m, by an ASV's ping, and its covariance (3, 3), m2: the ASV's
+    position less the measured offset.
     """
     seen, levels = _sighting(own, instrument, None), instrument.levels
     image, covariance = placed(seen, seen.path, path_sd(seen.path, levels), own.noise, instrument)
@@ -414,20 +411,20 @@ def located_itself(own: HeardBeacon, instrument: Instrument) -> tuple[Floats, Fl
 
 
 @compiled
-def located_astray(
+def located_with_errors(
     own: HeardBeacon, instrument: Instrument, systematic: Systematic
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the fix (3,), m, of an AUV, its covariance (3, 3), m2, J with its changes
-    (3, 4 k + 2), and what is left, as of :func:`.fixes.measured_astray`: the array is
-    turned in the AUV by its misalignment, its clock is late, the ASV is slowly astray.
+    """Return an AUV's own fix (3,), m, its covariance (3, 3), m2, J with its derivatives (3, 4 k +
+    2), and the remaining covariance, as of :func:`.fixes.measured_with_errors`: the errors are the
+    array's misalignment in the AUV, its clock, and the ASV's slow GNSS error.
     """
     reception, count = own.reception, systematic.variances.size
     sds = deviations(reception.arrived_at_s, systematic.levels)
     seen = _sighting(own, instrument, systematic)
-    # a clock that is late takes the way for shorter than it was
+    # a late clock makes the path shorter
     image = by_range(seen, 0.0, -1.0, sds[CLOCK], own.noise, instrument)
     covariance, effects, bends = image.covariance[:3, :3].copy(), image.effects, -image.bends
-    for k in range(EFFECTS):  # of the mirror image, whose AUV moves the other way
+    for k in range(EFFECTS):  # of the mirror image, which moves in the opposite direction
         if k < GNSS or k >= SOUND_SPEED:
             for i in range(3):
                 effects[i, k] = -effects[i, k]
@@ -448,21 +445,21 @@ def located_astray(
 
 @compiled
 def _sighting(own: HeardBeacon, instrument: Instrument, errors: Systematic | None) -> Sighting:
-    """Return what an AUV measures of an ASV, as the image of it where the ASV is the origin."""
+    """Return an AUV's measurement of an ASV, mirrored so that the ASV is the origin."""
     ping, reception = own.ping, own.reception
     beneath, above = negative(own.place), negative((ping.x_m, ping.y_m, ping.z_m))
     took, off = reception.travel_time_s, NOTHING
     if errors is not None:
         late, later = errors.clocks[reception.auv]
         took = took - late - later * reception.arrived_at_s
-        off = negative(astray(reception.asv, ping.sent_at_s, errors))
+        off = negative(gnss_error(reception.asv, ping.sent_at_s, errors))
     view = View(beneath, above, own.yaw, took, beneath[2] - above[2], off)
     return measure(view, reception, reception.auv, own.noise, instrument, errors)
 
 
 @compiled
 def _mirrored(seen: Sighting) -> Sighting:
-    """Return a sighting as seen from the other end."""
+    """Return a measurement as seen from the other end."""
     return Sighting(
         seen.vessel, negative(seen.unit), -seen.believed, seen.path, seen.snr_db, seen.below
     )

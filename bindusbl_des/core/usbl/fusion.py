@@ -1,4 +1,4 @@
-"""Several fixes of one ping, made one: the minimum-variance linear unbiased estimate (MVLUE)."""
+"""Fusion of several fixes of one ping: the minimum-variance linear unbiased estimate (MVLUE)."""
 
 from collections.abc import Sequence
 from math import copysign, sqrt
@@ -11,10 +11,10 @@ from ...support.compiled import compiled
 
 Vector = NDArray[np.float64]
 
-# Directions whose variance is below this share of the largest are taken as known exactly.
+# Directions whose variance is below this share of the largest count as exact.
 SINGULAR = 1e-13
 
-# Jacobi's method squares what is left off the diagonal in each sweep; 3 x 3 needs four or five.
+# Jacobi's method squares the off-diagonal elements in each sweep; 3 x 3 needs four or five.
 MOST_SWEEPS = 30
 
 
@@ -62,8 +62,8 @@ def fuse_pair(
 
 
 class Fused(NamedTuple):
-    """What a fix has made of an estimate: that (n,), its covariance (n, n), the `gain` (n, 3) by
-    which the fix went in, and the normalised square of what it was off (3 degrees of freedom).
+    """A fused estimate (n,), its covariance (n, n), the `gain` (n, 3) of the last fix, and the NIS
+    of that (3 degrees of freedom).
     """
 
     estimate: Vector
@@ -76,11 +76,11 @@ class Fused(NamedTuple):
 def fuse_shared(
     estimate: Vector, covariance: Vector, fix: Vector, other: Vector, jacobian: Vector
 ) -> Fused:
-    """Fuse a fix into an estimate whose own errors it shares.
+    """Fuse a fix into an estimate with which it has errors in common.
 
-    `estimate` (n,) and `covariance` (n, n) are those of a place (m) and of n - 3 unknowns beside
-    it; `fix` (3,) with the covariance `other` (3, 3) is that place, `jacobian` (3, n - 3) times
-    those unknowns off.  Source: Kalman update, z = p + J u + noise.
+    `estimate` (n,) and `covariance` (n, n) are a position (m) and n - 3 unknowns beside it; `fix`
+    (3,) is that position plus `jacobian` (3, n - 3) times those unknowns, with covariance `other`
+    (3, 3).  Source: Kalman update, z = p + J u + noise.
     """
     size = len(estimate)
     shared, spread, miss = np.empty((size, 3)), np.empty((3, 3)), np.empty(3)
@@ -132,7 +132,7 @@ def product(a: Vector, b: Vector) -> Vector:
 def _pseudo_inverse(matrix: Vector) -> Vector:
     """Return the pseudo-inverse of a symmetric positive semidefinite matrix (n, n).
 
-    By its eigenvalues, which Jacobi's rotations find. Source: G. H. Golub, C. F. Van Loan, Matrix
+    By its eigenvalues, with Jacobi's rotations.  Source: G. H. Golub, C. F. Van Loan, Matrix
     Computations, 4th ed., section 8.5 (cyclic Jacobi).
     """
     size = len(matrix)

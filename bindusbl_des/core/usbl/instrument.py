@@ -1,6 +1,4 @@
-"""The USBL of a vessel: its array, the noise of all that it measures, by a data sheet too, and what
-the ASVs that heard a ping make of it together.
-"""
+"""The USBL of a vessel: its array and all its noise, or a data sheet's."""
 
 import math
 from dataclasses import dataclass, field
@@ -28,10 +26,10 @@ from .measuring import (
 
 
 def sheet_of(model: str, calls: bool) -> Sheet | None:
-    """Return what the data sheet of an instrument states; None if it has none.
+    """Return the figures of an instrument's data sheet; None if it has none.
 
-    A stated range is that of who finds it by himself: of the path of a call and its answer he takes
-    half, so that the path errs twice as much.
+    A stated range is that of the ASV that measures alone: of the path of a call and its answer it
+    takes half, so that the error of the path is twice as large.
     """
     if not INSTRUMENT.declared(model).is_stated:
         return None
@@ -54,11 +52,11 @@ def sheet_of(model: str, calls: bool) -> Sheet | None:
 
 @dataclass(frozen=True)
 class Usbl:
-    """A USBL instrument: its array and the noise of everything it measures (SI, radians).
+    """A USBL instrument: its array and the noise of all that it measures (SI, radians).
 
-    Ranges and directions are computed with `sound_speed`; the true one is `true_sound_speed`, None
-    if they are the same.  A `sheet` stands in the place of array, TDOAs and travel time.  Of the
-    variance of each acoustic error `slow_share` is known to change slowly (:mod:`.slow_errors`).
+    It assumes `sound_speed`; the true one is `true_sound_speed`, None if they are the same.  A
+    `sheet` replaces array, TDOAs and travel time.  Of the variance of each acoustic error a share
+    `slow_share` is slow (:mod:`.slow_errors`).
     """
 
     array: Floats
@@ -91,13 +89,13 @@ class Usbl:
         metric = scatter(self.array)
         if self.sheet is not None:
             levels["travel_time_sd_s"] = self.sheet.path_sd / self.sound_speed
-            metric = np.eye(3)  # a sound speed taken for another turns no direction
+            metric = np.eye(3)  # a wrong sound speed does not rotate a stated direction
         object.__setattr__(self, "levels", levels)  # derived once, then frozen
         object.__setattr__(self, "metric", metric)
 
     @property
     def packed(self) -> PackedInstrument:
-        """The instrument as compiled code is handed it once."""
+        """The instrument in its packed form for compiled code."""
         return PackedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
 
     def locate(
@@ -115,9 +113,8 @@ class Usbl:
         return locate(*places, yaw, travel_time, snr_db, noise, instrument)
 
     def level_sds(self) -> tuple[float, float]:
-        """Return the noise (rad) of bearing and elevation of a level source, from where it is
-        largest, without that of the AHRS; by a sheet as that states them (0: as an error of the
-        place alone).
+        """Return the noise (rad) of bearing and elevation of a source at the same depth, at its
+        worst azimuth, without AHRS; of a sheet the stated one (0: it states positions).
 
         >>> from bindusbl_des.core.usbl.array import ARRAYS
         >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
@@ -135,8 +132,8 @@ class Usbl:
         return sqrt(worst[0]), sqrt(worst[1])
 
     def range_sd(self, ways: int) -> float:
-        """Return the noise (m) of a short range from a travel time over one way, or there and back
-        (2); by a sheet without what grows with the range.
+        """Return the noise (m) of a short range by a one-way travel time, or (2) there and back; of
+        a sheet without the part that grows with range.
 
         >>> round(Usbl(np.eye(3), 0.0, 6.66667e-6, 0.0, (0.0,) * 3, 0.0, 1500.0).range_sd(2), 6)
         0.005
@@ -147,8 +144,8 @@ class Usbl:
 
 
 def element_sd(tdoa_sd: float) -> float:
-    """Return the noise (s) of one element that has the effect of TDOA pair noise: of two elements,
-    each by itself, it makes a pair.
+    """Return the noise (s) of one element from the noise of the TDOA of a pair, which has two
+    independent elements.
 
     >>> round(element_sd(2.60296781e-7) * 1e6, 6)
     0.184058
@@ -157,10 +154,10 @@ def element_sd(tdoa_sd: float) -> float:
 
 
 def stepped_sd(travel_time_sd: float, quantum: float) -> float:
-    """Return the noise (s) of a travel time by a clock that goes on by a `quantum` (s) at a time.
+    """Return the noise (s) of a travel time by a clock with steps of a `quantum` (s).
 
-    Where between two of its steps a ping arrives is anybody's guess, and another one each time, for
-    nobody has set it by the pings: a step adds quantum^2 / 12 of variance, and no bias.  Source: B.
-    Widrow, I. Kollar, Quantization Noise, 2008, sec. 4.
+    The arrival within a step is random, since clocks are not synchronised with pings: a step adds
+    quantum^2 / 12 of variance, and no bias.  Source: B. Widrow, I. Kollar, Quantization Noise,
+    2008, sec. 4.
     """
     return hypot(travel_time_sd, quantum / sqrt(12.0))

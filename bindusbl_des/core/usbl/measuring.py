@@ -1,10 +1,9 @@
-"""What a USBL measures of a ping: a fix of where it was sent, and how sure it is of that.
+"""One USBL measurement of a ping: a fix of the position where it was sent, and its covariance.
 
 Range comes from the travel time, direction from the array, attitude from the AHRS and the vessel's
-own position from GNSS.  Frames are those of :mod:`.array`.  A data sheet's figures are the whole
-system's: they stand in the place of what an array makes of arrival times, and of the noise of
-travel times.  A fix is as sure of itself as the covariances of these parts say, and shortened by
-what it does not know (:func:`debias`).
+own position from GNSS. Frames are those of :mod:`.array`.  A data sheet's figures are the whole
+system's: they replace the array's arrival times, and the noise of travel times.  A fix has the
+covariance of these parts, and is shortened by the uncertainty of its direction (:func:`debias`).
 """
 
 import math
@@ -27,27 +26,28 @@ from .array import (
     length,
     minus,
     plus,
+    rotated,
+    rotated_back,
     rotation,
     scaled,
     tangents,
-    turned,
-    turned_back,
     weighted,
 )
 
-# A source nearer than this (m) is within the array; it only keeps divisions finite.
+# A source nearer than this (m) is within the array; the limit only keeps divisions finite.
 SHORTEST_RANGE = 1e-3
 
-# Bearings and elevations are told apart beyond so many standard deviations from the vertical.
+# Bearing and elevation are distinguishable beyond so many standard deviations from the vertical.
 STEEP = 5.0
 
-# What is added to no variance (rad2), and only keeps divisions finite.
+# A smallest variance (rad2), which only keeps divisions finite
 TINY = 1e-30
 
 
 class Across(NamedTuple):
-    """What a direction errs by across itself: a covariance in the plane of two unit vectors (3,),
-    scale (d e e^T - b (e f^T + f e^T) + a f f^T), m2, where e is level and f across both.
+    """The error of an offset across its direction: a covariance in the plane of two unit vectors
+    (3,), scale (d e e^T - b (e f^T + f e^T) + a f f^T), m2, where e is horizontal and f across
+    both.
     """
 
     east: Vector
@@ -62,14 +62,14 @@ class Across(NamedTuple):
 def across_by_array(
     offset: Vector, attitude: Floats, metric: Floats, direction_sd: float
 ) -> Across:
-    """Return the errors across an offset (3,), m, of a direction that an array has made out.
+    """Return the error across an offset (3,), m, whose direction an array has measured.
 
     `attitude` is the rotation from array to survey frame, `metric` the scatter matrix (m2),
     `direction_sd` the element noise times the sound speed (m): r^2 T (T^T M T)^-1 T^T sd^2.
     """
     reach = length(offset)
     east, down = tangents(divided(offset, reach))
-    along_east, along_down = turned_back(attitude, east), turned_back(attitude, down)
+    along_east, along_down = rotated_back(attitude, east), rotated_back(attitude, down)
     a, b = weighted(metric, along_east, along_east), weighted(metric, along_east, along_down)
     d = weighted(metric, along_down, along_down)
     return Across(east, down, a, b, d, (reach * direction_sd) ** 2 / (a * d - b * b))
@@ -77,7 +77,7 @@ def across_by_array(
 
 @compiled
 def across_by_sheet(offset: Vector, sds: tuple[float, float], share: float) -> Across:
-    """Return a share of the errors across an offset (3,), m, of a bearing and an elevation (sd in
+    """Return a `share` of the error across an offset (3,), m, by a bearing and an elevation (sd in
     rad, as stated).
     """
     square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
@@ -88,11 +88,11 @@ def across_by_sheet(offset: Vector, sds: tuple[float, float], share: float) -> A
 
 @compiled
 def sds_across(level: float, sds: tuple[float, float]) -> tuple[float, float]:
-    """Return what a direction errs by (sd, rad) across itself, level and steep, that is `level` so
-    far seen from above (0 to 1), by a bearing and an elevation as stated.
+    """Return the errors (sd, rad) of a direction, horizontal and vertical, by a stated bearing and
+    elevation; `level` is the direction's horizontal share (0 to 1).
 
-    These are angles across at any elevation.  So few of their standard deviations from the vertical
-    that a bearing cannot be told from an elevation, both are their mean square.
+    Both are angles across the direction at any elevation.  Within a few standard deviations of the
+    vertical bearing and elevation cannot be distinguished, and both errors are their mean square.
     """
     bearing, elevation = sds[0] ** 2, sds[1] ** 2
     apart = level**2 / (STEEP**2 * max(bearing, elevation, TINY))
@@ -112,9 +112,9 @@ def fix_covariance(
     """Return the first-order covariance (3, 3), m2, of a fix, in the survey frame.
 
     `offset` points from the array to the source (survey frame, m), not 0; `attitude` is the
-    rotation from array to survey frame, `across` what the direction errs by, `ranging_sd` in m,
-    `attitude_sd` (roll, pitch, heading) in rad.  Source: physics of the first-order terms of
-    eq. usbl_fix, sr^2 s s^T + across + [r s]x Sigma_att [r s]x^T + sg^2 I.
+    rotation from array to survey frame, `across` the error of the direction, `ranging_sd` in m,
+    `attitude_sd` (roll, pitch, heading) in rad.  Source: physics of the first-order terms of eq.
+    usbl_fix, sr^2 s s^T + across + [r s]x Sigma_att [r s]x^T + sg^2 I.
     """
     unit = divided(offset, length(offset))
     east, down, a, b, d, scale = across
@@ -138,22 +138,22 @@ def fix_covariance(
 
 @compiled
 def not_nothing(offset: Vector) -> Vector:
-    """Return an offset (3,), m, or another one if it is too short to have a direction."""
+    """Return an offset (3,), m, replaced by a short one if it has no direction."""
     return (0.0, 0.0, SHORTEST_RANGE) if length(offset) < SHORTEST_RANGE else offset
 
 
 @compiled
 def debias(ahead: Vector, covariance: Floats, ranging_sd: float) -> float:
-    """Return by how much an offset must be shortened; add what that is uncertain by.
+    """Return the factor that shortens an offset; add the uncertainty of that to the covariance.
 
     Given a measured direction with error covariance A, the source lies anywhere on a cap of the
     sphere around it: on average r tr(A) / 2 nearer to the array than the cap's top, with a radial
     variance of r^2 tr(A^2) / 2 that the first-order `covariance` (m2, changed in place) lacks.
     Where the cap would be the whole sphere, a measurement says no more than that the source lies
-    somewhere on it: its centre, with a variance of r^2 / 3 along each axis.
-    Source: measurement conversion conditioned on the measurement, Duan, Han and Li, IEEE Trans. AES
-    40(4), 2004, to second order.  (Conversions that are unbiased over measurements of one place,
-    as that of Lerro and Bar-Shalom, 1993, lengthen the offset instead.)
+    somewhere on it: the fix is its centre, with a variance of r^2 / 3 along each axis.  Source:
+    measurement conversion conditioned on the measurement, Duan, Han and Li, IEEE Trans.  AES 40(4),
+    2004, to second order. (Conversions that are unbiased over measurements of one position, as by
+    Lerro and Bar-Shalom, 1993, lengthen the offset instead.)
     """
     square = max(ahead[0] ** 2 + ahead[1] ** 2 + ahead[2] ** 2, SHORTEST_RANGE**2)
     trace = trace_of_square = 0.0
@@ -174,9 +174,9 @@ def debias(ahead: Vector, covariance: Floats, ranging_sd: float) -> float:
     return float(1.0 - 0.5 * trace / square)
 
 
-# The noise of bearing and elevation (rad), the share of a path that is noise of its length, the
-# noise of the place along each axis (m) and its share of the range, the SNR (dB) at which angles
-# are as noisy as that (nan: at any), and what they never fall below (rad); whether one is there.
+# A data sheet: noise of bearing and elevation (rad), noise of a path as a share of it, noise of the
+# position along each axis (m) and as a share of the range, the SNR (dB) at which the angles hold
+# (nan: at any), their lower limit (rad), and whether there is a sheet.
 SHEET = [
     *((name, "f8") for name in ("bearing_sd_rad", "elevation_sd_rad", "path_share")),
     *((name, "f8") for name in ("spread_sd_m", "spread_share", "reference_snr_db")),
@@ -184,17 +184,18 @@ SHEET = [
 ]
 NO_SHEET = (0.0, 0.0, 0.0, 0.0, 0.0, nan, 0.0, False)
 
-# Of a row of noise the first three numbers are the direction's, and from here on the spread's three
-# (no sheet states both): elements of an array, of which they are else, there are none.
+# With a sheet, a row of noise has the direction's three numbers from 0 on and the position's three
+# from here on (no sheet states both), in the place of the elements of an array.
 SPREAD_NOISE = 2
 
 
 class Sheet(NamedTuple):
-    """What a sheet states, as standard deviations.
+    """A data sheet's figures, as standard deviations.
 
     Of bearing and elevation (rad); of the length of a path (m) and as a share of it, added in
-    squares; of a place along each axis (m) and as a share of its range, added in squares.  Angles
-    are those at a signal-to-noise ratio (dB; nan: at any), and never below `angle_floor` (rad).
+    squares; of a position along each axis (m) and as a share of its range, added in squares.
+    Angles hold at a signal-to-noise ratio (dB; nan: at any), and are never below `angle_floor`
+    (rad).
     """
 
     bearing_sd: float = 0.0
@@ -217,7 +218,7 @@ class Sheet(NamedTuple):
 
 @compiled
 def angle_sds(snr_db: float, levels: Row) -> tuple[float, float]:
-    """Return the noise (rad) of bearing and elevation at an SNR (dB, nan if nobody knows of one).
+    """Return the noise (rad) of bearing and elevation at an SNR (dB, nan if unknown).
 
     It falls as 10^(-SNR / 20), as the Cramer-Rao bound of an arrival's time does, to a floor.
     """
@@ -231,8 +232,8 @@ def angle_sds(snr_db: float, levels: Row) -> tuple[float, float]:
 
 @compiled
 def stated_direction(seen: Vector, sds: tuple[float, float], noise: Floats) -> Vector:
-    """Return the unit vector (3,) that is made out of a source at `seen` (3,), m, both in the array
-    frame; `sds` (rad) as of :func:`angle_sds`.
+    """Return the measured unit vector (3,) to a source at `seen` (3,), m, both in the array frame,
+    with a sheet's errors `sds` (rad) as of :func:`angle_sds`.
     """
     away = not_nothing(seen)
     unit = divided(away, length(away))
@@ -244,11 +245,12 @@ def stated_direction(seen: Vector, sds: tuple[float, float], noise: Floats) -> V
 
 @compiled
 def stated_aside(east: Vector, down: Vector, sds: tuple[float, float], noise: Vector) -> Vector:
-    """Return what a sheet's direction errs by (3,), rad, across itself: along the unit vectors
-    `east`, which is level, and `down`, by angles of `sds` (:func:`.measuring.sds_across`).
+    """Return the error (3,), rad, of a sheet's direction across itself: along the unit vectors
+    `east`, which is horizontal, and `down`, with angles `sds` (:func:`.measuring.sds_across`).
 
-    Three standard normal numbers of the array make both, as an array's elements do: a direction
-    near it errs alike, and straight below, where every way is level, there is no edge.
+    Three standard normal numbers in the array's frame make both, as an array's elements do: nearby
+    directions have similar errors, and there is no discontinuity straight below, where every
+    direction across is horizontal.
     """
     level, steep = sds_across(down[2], sds)
     return plus(scaled(east, level * dot(east, noise)), scaled(down, steep * dot(down, noise)))
@@ -256,8 +258,8 @@ def stated_aside(east: Vector, down: Vector, sds: tuple[float, float], noise: Ve
 
 @compiled
 def path_sd(path: float, levels: Row, slow: bool = False) -> float:
-    """Return the noise (m) of the length of a path (m), one way, or a call's and its answer's,
-    without what is known to be slow; or that part, if it is `slow` that is asked for.
+    """Return the noise (m) of the length of a path (m), one-way, or of call and answer, without its
+    slow part; or, if `slow`, that part.
     """
     share = levels.slow_share if slow else 1.0 - levels.slow_share
     whole = hypot(levels.sound_speed_m_per_s * levels.travel_time_sd_s, levels.path_share * path)
@@ -266,20 +268,18 @@ def path_sd(path: float, levels: Row, slow: bool = False) -> float:
 
 @compiled
 def spread_sd(reach: float, levels: Row) -> float:
-    """Return the noise (m) of a place at a range (m) along each axis, but for range and angles."""
+    """Return a sheet's noise (m) of a position at a range (m) along each axis."""
     return hypot(levels.spread_sd_m, levels.spread_share * reach)
 
 
-# Noise of one measurement: from column 0 on that of 5 element arrivals, then of the travel time, of
-# roll, pitch and heading, and of GNSS along 3 axes; what further elements err by stands at the
-# row's end
+# Columns of a row of noise: 5 element arrivals from 0 on, then the travel time, roll, pitch and
+# heading, and GNSS along 3 axes; further elements are at the row's end
 TIME_NOISE, ATTITUDE_NOISE, HEADING_NOISE, GNSS_NOISE, NOISE_WIDTH = 5, 6, 8, 9, 12
 
-# What all measurements of an instrument share: the sound speed that it computes with and the true
-# one (m/s), the noise of one element (s), that of a travel time (s), of GNSS along each axis (m),
-# and of roll, pitch and heading (rad); what an SNR of 0 dB adds to the noise of an element (s); the
-# share of acoustic variances that is known to change slowly; what a sheet says in the place of the
-# array.
+# Figures of an instrument: the sound speed that it assumes and the true one (m/s), the noise of one
+# element (s), of a travel time (s), of GNSS along each axis (m), and of roll, pitch and heading
+# (rad); the noise that an SNR of 0 dB adds to an element (s); the slow share of acoustic variances;
+# a data sheet in the place of the array.
 LEVELS = np.dtype(
     [
         ("sound_speed_m_per_s", "f8"),
@@ -296,8 +296,8 @@ LEVELS = np.dtype(
 
 
 class Instrument(NamedTuple):
-    """What ASVs measure with: the places of the elements (n, 3), m, their scatter matrix (3, 3), m2
-    (:mod:`.array`), and a record of LEVELS; a data sheet is in their place where there is one.
+    """An ASV's instrument: the positions of the elements (n, 3), m, their scatter matrix (3, 3), m2
+    (:mod:`.array`), and a record of LEVELS, with a data sheet in their place if it has one.
     """
 
     array: Floats
@@ -306,8 +306,8 @@ class Instrument(NamedTuple):
 
 
 class PackedInstrument(NamedTuple):
-    """An :class:`Instrument` as compiled code is handed it once: levels (1,), and no array where
-    somebody's own measures later.
+    """An :class:`Instrument` for compiled code: levels (1,), and an empty array for a user-defined
+    instrument, which measures later.
     """
 
     array: Annotated[Floats, 2]
@@ -317,15 +317,14 @@ class PackedInstrument(NamedTuple):
 
 @written_out
 def instrument_of(packed: PackedInstrument) -> Instrument:
-    """Return an instrument, of what was handed over."""
+    """Return an instrument from its packed form."""
     return Instrument(packed.array, packed.metric, packed.levels[0])
 
 
 class Sighting(NamedTuple):
-    """What an array measures of a ping: where it is (m), the direction and the attitude that it
-    believes in (:func:`sighted`), the length (m) of the way of the ping, or of call and answer, and
-    its signal-to-noise ratio (dB, nan if nobody knows of one); how far (m) the source was below it,
-    by its pressure sensor.
+    """What an array measures of a ping: the array's own position (m), direction and attitude
+    (:func:`sighted`), the length (m) of the path of the ping, or of call and answer, and the SNR
+    (dB, nan if unknown); and the depth (m) of the source below it, by its pressure sensor.
     """
 
     vessel: Vector
@@ -336,7 +335,7 @@ class Sighting(NamedTuple):
     below: float
 
 
-# What is handed over in the place of an instrument of somebody's own
+# Stands for a user-defined instrument in compiled code
 NO_INSTRUMENT = PackedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
 
 
@@ -353,8 +352,7 @@ def locate(
     """Measure one ping: return the fix (3,), m, and its covariance (3, 3), m2 (eq. usbl_fix).
 
     `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
-    frame, m), `snr_db` its signal-to-noise ratio, nan if nobody knows of one; `noise` are
-    NOISE_WIDTH standard normal numbers.
+    frame, m), `snr_db` its SNR, nan if unknown; `noise` are NOISE_WIDTH standard normal numbers.
     """
     unit, believed = sighted(source, vessel, yaw, snr_db, noise, instrument)
     reach = instrument.levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
@@ -371,11 +369,11 @@ def sighted(
     noise: Floats,
     instrument: Instrument,
 ) -> tuple[Vector, Floats]:
-    """Return the unit vector to a source that an ASV believes in, and the attitude that it believes
-    to have: the rotation (3, 3) from array to survey frame.  Arguments as of :func:`locate`.
+    """Return the measured unit vector to a source, and the measured attitude: the rotation (3, 3)
+    from array to survey frame.  Arguments as of :func:`locate`.
     """
     attitude_sd, (ahead, aside, below) = instrument.levels.attitude_sd_rad, minus(source, vessel)
-    cy, sy = math.cos(yaw), math.sin(yaw)  # arrays hang level, whatever the AHRS says
+    cy, sy = math.cos(yaw), math.sin(yaw)  # arrays are level, whatever the AHRS measures
     seen = cy * ahead + sy * aside, cy * aside - sy * ahead, below
     levels = instrument.levels
     if levels.has_sheet:
@@ -392,12 +390,12 @@ def sighted(
         attitude_sd[1] * noise[ATTITUDE_NOISE + 1],
         yaw + attitude_sd[2] * noise[HEADING_NOISE],
     )
-    return turned(believed, within), believed
+    return rotated(believed, within), believed
 
 
 @compiled
 def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrument) -> Across:
-    """Return what the direction of an offset (3,), m, errs by, without what is known to be slow."""
+    """Return the error of an offset (3,), m, across its direction, without its slow part."""
     levels = instrument.levels
     if levels.has_sheet:
         return across_by_sheet(offset, angle_sds(snr_db, levels), 1.0 - levels.slow_share)
@@ -408,8 +406,8 @@ def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrum
 
 @compiled
 def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
-    """Return the noise (s) of an element that has a `floor` (s) of its own, and what a signal of
-    that SNR adds; nothing where no SNR is known.
+    """Return the noise (s) of an element: a `floor` (s), and the noise at an SNR if that is
+    known.
     """
     if levels.timing_sd_s > 0.0 and not math.isnan(snr_db):
         return math.sqrt(floor**2 + levels.timing_sd_s**2 * 10.0 ** (-snr_db / 10.0))
@@ -418,8 +416,8 @@ def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
 
 @compiled
 def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
-    """Return a travel time (s) as it is measured: below 0 where noise or a clock makes it so, for
-    what is cut off there would err by something that no covariance tells.
+    """Return a measured travel time (s), which noise or a clock error may make negative: clipping
+    it would add an error that no covariance contains.
     """
     levels = instrument.levels
     sd = math.hypot(levels.travel_time_sd_s, levels.path_share * travel_time)
@@ -430,8 +428,8 @@ def clocked(travel_time: float, noise: Floats, instrument: Instrument) -> float:
 def placed(
     seen: Sighting, reach: float, ranging_sd: float, noise: Floats, instrument: Instrument
 ) -> tuple[Floats, Floats]:
-    """Return the fix (3,), m, at a range `reach` (m, of standard deviation `ranging_sd`) in the
-    direction that was seen, and its covariance (3, 3), m2, without what is known to change slowly.
+    """Return the fix (3,), m, at a range `reach` (m, with standard deviation `ranging_sd`) in the
+    measured direction, and its covariance (3, 3), m2, without slow errors.
     """
     ahead, levels = scaled(seen.unit, reach), instrument.levels
     offset, believed = not_nothing(ahead), seen.believed
@@ -448,8 +446,8 @@ def placed(
 
 @compiled
 def turned_aside(seen: Sighting, away: float, instrument: Instrument) -> Floats:
-    """Return the covariance (3, 3), m2, of what lies so far `away` (m) in the direction that was
-    seen, by the errors of the direction alone.
+    """Return the covariance (3, 3), m2, of a position at a distance `away` (m) in the measured
+    direction, by the errors of the direction alone.
     """
     offset, attitude_sd = not_nothing(scaled(seen.unit, away)), instrument.levels.attitude_sd_rad
     across = _across(offset, seen.believed, seen.snr_db, instrument)
@@ -460,8 +458,8 @@ def turned_aside(seen: Sighting, away: float, instrument: Instrument) -> Floats:
 def offset_of(
     fix: Floats, vessel: Vector, reach: float, noise: Floats, instrument: Instrument
 ) -> Vector:
-    """Return the offset (3,), m, at whose end a fix was placed, without what moved it as a whole:
-    GNSS and the spread that a sheet states.
+    """Return the measured offset (3,), m, of a fix, without the errors of its origin: GNSS, and a
+    sheet's noise of positions.
     """
     levels = instrument.levels
     gnss = scaled(gnss_noise(noise), levels.gnss_sd_m)
@@ -471,7 +469,7 @@ def offset_of(
 
 @compiled
 def gnss_noise(noise: Floats) -> Vector:
-    """Return the numbers along x, y and z that a vessel is off by, in standard deviations."""
+    """Return the GNSS error of a vessel along x, y and z, in standard deviations."""
     return noise[GNSS_NOISE], noise[GNSS_NOISE + 1], noise[GNSS_NOISE + 2]
 
 
@@ -488,9 +486,9 @@ def variances(
     """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
     of fixes at horizontal distances (g,), m, and a depth (m).
 
-    Of the path of a call and its answer, which an AUV has `moved` on (m2) meanwhile, half is the
-    range.  A filter that `weighs` them knows the direction better than one fix, and so how far away
-    an AUV is as well as the range itself is known (:mod:`..navigation.turning`).
+    Of the path of a call and its answer, between which an AUV has `moved` (m2; below 0: one-way),
+    half is the range.  A filter that `weighs` fixes knows the direction better than one fix, so
+    that the range along it is as precise as measured (:mod:`..navigation.turning`).
     """
     instrument = Instrument(array, metric, levels[0])
     out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
@@ -505,7 +503,7 @@ def variances(
         if weighs:
             spread_m2 = spread_sd(reach, instrument.levels) ** 2
             own = instrument.levels.gnss_sd_m**2 + (1.0 - instrument.levels.slow_share) * spread_m2
-            bent = dot(turned(spread, unit), unit) - ranging_sd**2 - own
+            bent = dot(rotated(spread, unit), unit) - ranging_sd**2 - own
             for i in range(3):
                 for j in range(3):
                     spread[i, j] -= bent * unit[i] * unit[j]

@@ -1,4 +1,4 @@
-"""Instruments that somebody has written: what they measure of a ping is checked and fused."""
+"""User-defined instruments, whose measurements are checked and fused."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from ..scenario.part_choice import own_part
 from ..vehicles.tracks import FARTHEST
 from .fusion import fuse
 
-# A covariance may be asymmetric, or have eigenvalues below 0, by this share of its largest entry.
+# Relative tolerance (of its largest entry) for asymmetry and negative eigenvalues of a covariance
 ROUNDING = 1e-9
 
 
@@ -24,12 +24,12 @@ class Sounding:
     """One ping at the k ASVs that have decoded it, in the survey frame (m, z down).
 
     `time` (s) is when AUV number `auv` pinged, at `source` (3,), the truth; `asvs` (k,) are the
-    numbers of the vessels, `poses` (k, 4) their x, y, z (m) and yaw (rad) as the ping arrives, and
-    `travel_times` (k,), s, its way.  If an ASV called for it, `call_time` (s) is how long that call
-    was under way, else None.  `random` is a stream of the instrument's own for this AUV.
+    numbers of the ASVs, `poses` (k, 4) their x, y, z (m) and yaw (rad) as the ping arrives, and
+    `travel_times` (k,), s.  If an ASV called for it, `call_time` (s) is the call's travel time,
+    else None.  `random` is the instrument's own random stream for this AUV.
 
-    With passive ranging it is the one ASV of `asvs` that pinged, at `source`, and the AUV that
-    carries the instrument, with the pose `poses` (1, 4): what it measures is where that ASV is.
+    With passive ranging `asvs` is the one ASV that pinged, at `source`, and the AUV carries the
+    instrument, with the pose `poses` (1, 4): it measures where that ASV is.
     """
 
     time: float
@@ -43,7 +43,7 @@ class Sounding:
 
 
 class MeasureFunction(Protocol):
-    """What an arrival measures, and how surely."""
+    """A user's function that measures a ping."""
 
     def __call__(self, sounding: Sounding, /) -> tuple[Floats, Floats]:
         """Return a fix for each ASV (k, 3), m, and their covariances (k, 3, 3), m2."""
@@ -51,18 +51,18 @@ class MeasureFunction(Protocol):
 
 @dataclass(frozen=True)
 class OwnInstrument:
-    """An instrument of somebody's own, which every ASV carries, or with passive ranging every AUV:
-    each of its answers is checked.
+    """A user-defined instrument, which every ASV, or with passive ranging every AUV, carries; its
+    answers are checked.
     """
 
     name: str
     measure: MeasureFunction
 
     def fused(self, sounding: Sounding) -> tuple[Floats, Floats]:
-        """Return what ASVs make of a ping together: a fix (3,), m, and its covariance (3, 3), m2.
+        """Return the fused fix (3,), m, of a ping, and its covariance (3, 3), m2.
 
         Raises:
-            PluginError: when it raises anything, or what it returns are no fixes and covariances.
+            PluginError: when the instrument raises anything, or returns no fixes and covariances.
         """
         places, covariances = self._asked(sounding)
         return fuse(list(places), list(covariances))
@@ -92,7 +92,7 @@ def instrument_named(name: str) -> OwnInstrument | None:
     """Return an instrument by its name in the scenario; None for the compiled array.
 
     Raises:
-        PluginError: when one's own is not allowed, or cannot be loaded or called.
+        PluginError: when a user-defined one is not allowed, or cannot be loaded or called.
     """
     return (
         None if name in INSTRUMENT.parts else OwnInstrument(name, own_part(INSTRUMENT, name).part)
@@ -100,7 +100,7 @@ def instrument_named(name: str) -> OwnInstrument | None:
 
 
 def sounding_of(ping: Row, heard: Rows, poses: Floats, random: np.random.Generator) -> Sounding:
-    """Return a ping at the ASVs that have decoded it, of the rows of both."""
+    """Return a ping at the ASVs that have decoded it, from the rows of both."""
     called = not np.isnan(ping["call_time_s"])
     blended = np.where(np.isnan(heard["lowered"]), 0.0, heard["late_s"])
     return Sounding(
@@ -124,8 +124,8 @@ def mirrored(
 ) -> tuple[Floats, Floats]:
     """Return a fix (3,), m, of an AUV that hears an ASV's ping, and its covariance (3, 3), m2.
 
-    The AUV, at its `pose` x, y, z (m), yaw (rad), measures where the ASV is; the offset that it has
-    found tells where it is itself (:mod:`.fixes`).
+    The AUV, at its `pose` x, y, z (m), yaw (rad), measures where the ASV is; the offset gives its
+    own position (:mod:`.fixes`).
     """
     source = np.array([ping["x_m"], ping["y_m"], ping["z_m"]])
     sounding = Sounding(
@@ -143,7 +143,7 @@ def mirrored(
 
 
 def _arrays(answer: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return the two parts of an answer as arrays, empty ones for what are not two."""
+    """Return the two parts of an answer as arrays, empty ones if there are not two."""
     parts = [np.asarray(part) for part in answer] if isinstance(answer, Iterable) else []
     return (parts[0], parts[1]) if len(parts) == 2 else (np.empty(0), np.empty(0))
 

@@ -1,7 +1,7 @@
-"""What a receiver tells of a ping by its Doppler shift: how fast the way between both grows.
+"""Range rates, measured by the Doppler shift of a ping at its receiver.
 
-The rate is that of both vehicles' velocities along the way: the sender's as it pings, the
-receiver's as the ping is there.  It is told in m/s by the sound speed that is assumed.
+The rate is that of both vehicles' velocities along the path: the sender's as it pings, the
+receiver's as the ping arrives.  It is scaled by the assumed sound speed.
 """
 
 from math import isnan
@@ -20,9 +20,9 @@ from ..records.rows import Rows
 
 
 class Shift(NamedTuple):
-    """What range rates are measured with: by which the noise of each pair of an AUV and an ASV is
-    drawn (AUVs, ASVs), its standard deviation (m/s), what they are told longer by, by the sound
-    speed assumed, and whether ASVs ping.
+    """How range rates are measured: the keys that draw the noise of each pair of an AUV and an ASV
+    (AUVs, ASVs), its standard deviation (m/s), the `scale` by the wrong sound speed, and whether
+    ASVs ping.
     """
 
     keys: NDArray[np.uint64]
@@ -32,19 +32,19 @@ class Shift(NamedTuple):
 
 
 class RangeRates:
-    """Measures the rates of all receptions that were heard, once they have been."""
+    """Measures the range rates of receptions that were heard."""
 
     def __init__(
         self, sd: float, scale: float, streams: Streams, auvs: int, asvs: int, *, asvs_ping: bool
     ) -> None:
-        """Measure with a standard deviation (m/s), and `scale` as of :class:`Shift`; what noise a
-        ping has depends on its number and its pair of vehicles alone.
+        """Measure with a standard deviation (m/s), and `scale` as of :class:`Shift`; the noise
+        depends on a ping's number and its pair of vehicles alone.
         """
         keys = np.array([pair_keys(streams, Purpose.RANGE_RATE, auv, asvs) for auv in range(auvs)])
         self._shift = Shift(keys, sd, scale, asvs_ping)
 
     def note(self, sounds: Sounds, pings: Rows, receptions: Rows) -> None:
-        """Write to receptions, of `pings` that are all on record, the rates of those heard."""
+        """Write the range rates of those receptions of `pings` (all on record) that were heard."""
         measure(sounds.sea.address, pings, receptions, *self._shift)
 
 
@@ -53,8 +53,8 @@ def measure(
     packed: int, pings: Rows, receptions: Rows, keys: NDArray[np.uint64], sd: float, scale: float,
     asvs_ping: bool,
 ) -> None:  # fmt: skip
-    """Write the rates of receptions, as of :class:`RangeRates`, that were heard and have none, and
-    how fast their ASVs went; `packed` is the address of a :class:`..acoustics.sounds.Sea`.
+    """Write the range rates of heard receptions without one, and their ASVs' velocities, as of
+    :class:`RangeRates`; `packed` is the address of a :class:`..acoustics.sounds.Sea`.
     """
     sea = unpacked(packed, Sea)
     auvs = sea.auvs.first.size - 1

@@ -1,8 +1,8 @@
-"""What one array measures of a ping, apart from what others make of it: written for navigators.
+"""What one array alone measures of a ping, written to its reception for navigators.
 
-A fix's covariance lies across the direction that was measured, and both err together.  Who knows
-better where the AUV is turns it to the direction that he believes in, for which he must know the
-measurement itself: from where, in which direction, how far, and how large the errors of each are.
+A fix's covariance lies across the measured direction, and both have the same error.  A navigator
+that knows the AUV's position better rotates the covariance to its own direction, for which it needs
+the measurement itself: origin, direction, range, and their errors.
 """
 
 from math import atan2, degrees, hypot, isnan, nan
@@ -19,26 +19,26 @@ from .array import (
     dot,
     length,
     minus,
+    rotated,
+    rotated_back,
     scaled,
     tangents,
-    turned,
-    turned_back,
 )
 from .measuring import Instrument, Sighting, path_sd, spread_sd
 
-# A direction so unsure (rad2, both axes together) is none: the second order does not describe it.
+# Largest variance (rad2, both axes together) of a direction that the second order still describes
 UNSURE = 0.5
 
 
 @compiled
 def note_direction(row: Row, unit: Vector, believed: Floats) -> None:
-    """Write to a reception the direction that was measured of it, as an instrument tells it.
+    """Write the measured direction to a reception.
 
-    `unit` is the unit vector (3,) to who pinged in the survey frame, `believed` the rotation (3, 3)
-    from array to survey frame that its AHRS tells.
+    `unit` (3,) is the unit vector to the sender in the survey frame, `believed` the rotation (3, 3)
+    from array to survey frame by the AHRS.
     """
     row.azimuth_deg, row.elevation_deg = _angles(unit)
-    row.body_azimuth_deg, row.body_elevation_deg = _angles(turned_back(believed, unit))
+    row.body_azimuth_deg, row.body_elevation_deg = _angles(rotated_back(believed, unit))
 
 
 @compiled
@@ -51,8 +51,8 @@ def _angles(unit: Vector) -> tuple[float, float]:
 
 @compiled
 def copy_direction(fix: Row, receptions: Rows) -> None:
-    """Write to a fix the direction measured by the one ASV that it is made of; NaN where several
-    are, or nobody knows it.
+    """Write to a fix the direction measured by the only ASV that heard its ping; NaN if there are
+    several, or it is not known.
     """
     fix.azimuth_deg = fix.elevation_deg = fix.body_azimuth_deg = fix.body_elevation_deg = nan
     hearers, only = 0, 0
@@ -74,9 +74,9 @@ def note_sight(
 ) -> None:
     """Write to a reception what was measured of it.
 
-    `fix` (3,), m, was placed in the direction of the AUV by the range `reach` (m), and shortened
-    (:func:`.measuring.debias`); `noise` (3, 3), m2, is its covariance.  The attitude believed in
-    is negative if it was the AUV that measured, in the other direction.
+    `fix` (3,), m, is the position by the range `reach` (m) in the measured direction, shortened
+    (:func:`.measuring.debias`); `noise` (3, 3), m2, is its covariance.  The measured attitude is
+    negated if the AUV measured, in the opposite direction.
     """
     levels, unit, believed = instrument.levels, seen.unit, seen.believed
     row.caller_x_m = row.caller_y_m = row.caller_z_m = row.called_before_s = row.is_caller = nan
@@ -84,7 +84,7 @@ def note_sight(
     own = levels.gnss_sd_m**2 + white * spread_sd(reach, levels) ** 2
     row.turn_rad2 = levels.attitude_sd_rad[2] ** 2
     east, down = tangents(unit)
-    by_east, by_down = turned(noise, east), turned(noise, down)
+    by_east, by_down = rotated(noise, east), rotated(noise, down)
     square = max(reach * reach, 1e-6)
     level, steep = dot(by_east, east) - own, dot(by_down, down) - own
     both = dot(by_east, down)
@@ -92,30 +92,30 @@ def note_sight(
     angles = row.level_rad2 + row.steep_rad2
     shortened = scaled(unit, reach * max(1.0 - 0.5 * angles, 0.0))
     row.from_x_m, row.from_y_m, row.from_z_m = minus((fix[0], fix[1], fix[2]), shortened)
-    if angles > UNSURE or reach < 0.0:  # a place behind the array lies in no direction
+    if angles > UNSURE or reach < 0.0:  # a position behind the array has no direction
         row.range_m2 = nan
         return
     second = 0.5 * (level * level + 2.0 * both * both + steep * steep) / square
     row.level_rad2 -= row.turn_rad2 * (unit[0] ** 2 + unit[1] ** 2)
-    row.range_m2 = max(dot(turned(noise, unit), unit) - own - second, 0.0)
+    row.range_m2 = max(dot(rotated(noise, unit), unit) - own - second, 0.0)
     row.from_m2 = own
     towards = unit
     if not levels.has_sheet:
-        # An array fits a plane wave to a spherical one: what it would make of a source there is as
-        # far from `unit` as that is from the truth, to first order in the array's size over range
+        # An array fits a plane wave to a spherical one: it would measure a source at `unit` as far
+        # off `unit` as that is off the truth, to first order in the array's size over range
         array, speed = instrument.array, levels.sound_speed_m_per_s
-        within, unused = turned_back(believed, unit), array.reshape(-1)  # as noise of 0 s
+        within, unused = rotated_back(believed, unit), array.reshape(-1)  # as noise of 0 s
         plane = arrival_differences(array, scaled(within, reach), speed, unused, 0.0)
         made_out = direction(array, plane, speed, instrument.metric)
         within = minus(scaled(within, 2.0), made_out)
-        towards = turned(believed, divided(within, length(within)))
+        towards = rotated(believed, divided(within, length(within)))
     row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = scaled(towards, reach)
 
 
 @compiled
 def note_answer(row: Row, ping: Row, path: float, baseline: Vector, levels: Row) -> None:
-    """Write to a reception, noted as half as far away as call and answer went together (m), what
-    the `path` was; `baseline` (3,), m, as of :func:`.two_way.way_to_caller`.
+    """Write to a reception, noted at half the path of call and answer (m), the whole `path`;
+    `baseline` (3,), m, as of :func:`.two_way.way_to_caller`.
     """
     row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = (
         2 * row.ahead_x_m,
@@ -133,8 +133,8 @@ def note_answer(row: Row, ping: Row, path: float, baseline: Vector, levels: Row)
 
 @compiled
 def unknown_sights(receptions: Rows) -> None:
-    """Note that what was measured is not known apart from what others measured, nor who called,
-    nor when: rows begin with what lay in memory.
+    """Mark measurements of receptions as unknown, apart from the fused fix, and callers as well;
+    rows are not initialised.
     """
     for row in range(len(receptions)):
         reception = receptions[row]
@@ -143,7 +143,7 @@ def unknown_sights(receptions: Rows) -> None:
 
 @compiled
 def no_sights(receptions: Rows) -> None:
-    """Note that of what was measured nothing is known, not even from where."""
+    """Mark measurements of receptions as unknown, their origin included."""
     unknown_sights(receptions)
     for row in range(len(receptions)):
         receptions[row].from_x_m = nan
@@ -151,6 +151,6 @@ def no_sights(receptions: Rows) -> None:
 
 @compiled
 def note_call(receptions: Rows, ping: Row) -> None:
-    """Write to receptions how long (s) before its answer an AUV has heard a call."""
+    """Write to receptions how long (s) before its answer the AUV has heard the call."""
     for row in range(len(receptions)):
         receptions[row].called_before_s = ping.sent_at_s - (ping.called_at_s + ping.call_time_s)

@@ -1,14 +1,15 @@
-"""Acoustic errors that change slowly: a measurement errs as the one before it did.
+"""Slow acoustic errors: a measurement has nearly the error of the one before it.
 
-A share q of the variance of each acoustic error (range, and direction by whatever makes it: the
-arrivals at an array's elements, or bearing and elevation, or the place that a data sheet states) is
-that of a first-order Gauss-Markov process of the pair of vehicles; the rest is white:
+A share q of the variance of each acoustic error (of range, and of direction: by arrivals at an
+array's elements, by bearing and elevation, or by the position that a data sheet states) is a
+first-order Gauss-Markov process of the pair of vehicles; the rest is white:
 
     n = sqrt(1 - q) w + sqrt(q) g,    E g(t) g(t + T) = exp(-T / correlation_s)
 
-so that a single measurement errs as it does without, and only what several have in common differs.
-Errors of attitude and GNSS are no acoustic ones.  Source of the process: R. G. Brown, P. Y. C.
-Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 2012, sec. 4.2.
+so that the error of a single measurement is distributed as without, and only the correlation of
+several differs.  Errors of attitude and GNSS are not acoustic.  Source of the process: R. G. Brown,
+P. Y. C. Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., 2012, sec.
+4.2.
 """
 
 from math import exp, expm1, inf, sqrt
@@ -21,8 +22,8 @@ from ...support.streams import Purpose, Streams, normal, pair_keys
 from ..records.rows import Rows
 from .array import ELEMENTS
 
-# One number of a pair of an AUV and an ASV: what it is drawn by, the share of its variance that is
-# slow, how long that lasts (s), how often it has been drawn, when last (s), and what it is.
+# One slow number of a pair of an AUV and an ASV: its key, the slow share of the variance, the
+# correlation time (s), how often it has been drawn, when last (s), and its value.
 SLOW = np.dtype(
     [
         ("key", "u8"),
@@ -34,14 +35,14 @@ SLOW = np.dtype(
     ]
 )
 
-# Acoustic numbers at the beginning of a row of noise: elements (or what a sheet states), and range
+# Number of acoustic numbers at the beginning of a row of noise: elements (or a sheet's), and range
 FIRST, RANGE = ELEMENTS + 1, ELEMENTS
 
 
 def slow_numbers(
     share: float, correlation_s: float, elements: int, streams: Streams, auvs: int, asvs: int
 ) -> Rows | None:
-    """Return the slow numbers of each pair (auvs, asvs, n), :data:`SLOW`; None without a share.
+    """Return the slow numbers of each pair (auvs, asvs, n), :data:`SLOW`; None if the share is 0.
 
     An array of more than ELEMENTS has one more for each, as in a row of noise.
     """
@@ -56,7 +57,7 @@ def slow_numbers(
 
 @compiled
 def advance(pair: Rows, time: float) -> None:
-    """Let the slow numbers (n,) of a pair change until an instant (s)."""
+    """Advance the slow numbers (n,) of a pair to an instant (s)."""
     for n in range(pair.size):
         slow = pair[n]
         passed = max(time - slow.at_s, 0.0) / slow.correlation_s
@@ -68,7 +69,7 @@ def advance(pair: Rows, time: float) -> None:
 
 @compiled
 def blend(noise: Floats, pair: Rows) -> None:
-    """Have in the place of a row of white noise one of which a share changes slowly."""
+    """Blend the slow numbers of a pair into a row of white noise."""
     for n in range(pair.size):
         slow = pair[n]
         column = n if n < FIRST else noise.size - 1 - n + FIRST  # as `arrival_differences` reads it

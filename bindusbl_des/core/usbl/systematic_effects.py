@@ -1,5 +1,5 @@
-"""How a measurement moves with systematic errors (attitude, GNSS, sound speed, clocks, and what of
-acoustic errors is slow): the Jacobian J of a fix, and what these errors make of its covariance.
+"""Effects of systematic errors (attitude, GNSS, sound speed, clocks, and slow acoustic errors): the
+Jacobian J of a fix, and their part of its covariance.
 """
 
 from math import hypot, isnan, sqrt
@@ -18,10 +18,10 @@ from .array import (
     dot,
     length,
     plus,
+    rotated,
+    rotated_back,
     scaled,
     tangents,
-    turned,
-    turned_back,
     weighted,
 )
 from .measuring import (
@@ -34,16 +34,17 @@ from .measuring import (
     turned_aside,
 )
 
-# Columns of what a fix and (less) the length of a call's way are off, per rad of misalignment, per
-# m of GNSS of who measures and of who has called, along x and y, per share of the sound speed, and
-# per s of the clock; these two are shared by all that hear a ping.  Then per standard deviation of
-# the slow part of the range, and of three numbers that make that of the direction.
+# Columns of effects, derivatives of a fix and of minus the length of a call's path: per rad of
+# misalignment, per m of the GNSS of the ASV that measures and of the caller, along x and y, per
+# relative error of the sound speed, and per s of the clock; these two are common to all that hear a
+# ping.  Then per standard deviation of the slow error of the range, and of three numbers that make
+# the slow error of the direction.
 MISALIGNMENT, GNSS, CALLER, SOUND_SPEED, CLOCK, SLOW_RANGE, SLOW_ASIDE = 0, 1, 3, 5, 6, 7, 8
 EFFECTS = 11
 
-# What is known: standard deviations along these columns but for the clock, that of its offset (s)
-# and of its drift, the standard normal number below which a measurement is an outlier and the
-# spread of these (m), and the columns of J at which each kind begins (NONE: it is not told).
+# Levels: standard deviations for these columns before the clock's, of the clock's offset (s) and
+# drift, the standard normal number below which a measurement is an outlier and the standard
+# deviation of outliers (m), and the columns of J at which each kind begins (NONE: not in J).
 SYSTEMATIC = np.dtype(
     [
         ("sd", "f8", (CLOCK,)),
@@ -59,22 +60,22 @@ SYSTEMATIC = np.dtype(
     ]
 )
 
-# Slow numbers of a pair of vehicles
+# Number of slow errors of a pair of vehicles
 SLOW = EFFECTS - SLOW_RANGE
 
-# A range of so many standard deviations of the clock is half near, half far.
+# Range in standard deviations of the clock error at which `_far_share` is one half
 NEAR = 3.0
 
-# What is nearer (m) lies in no direction: a clock that is off may leave nothing of a range.
+# An offset shorter than this (m) has no direction: a clock error may cancel a range.
 AT_THE_ARRAY = 1e-3
 
 
 class Systematic(NamedTuple):
-    """What lasts through a mission.
+    """The systematic errors of a mission.
 
-    A record of SYSTEMATIC and the variances (k,) of what J belongs to; and the truth: heading
+    A record of SYSTEMATIC and the variances (k,) of the errors in J; and the true errors: heading
     misalignments of the ASVs (m,), rad, their GNSS errors (m, n, 2), m, each for CONTROL_S, and how
-    late (s) each AUV's clock is at first, and how much later each second (auvs, 2).
+    late (s) each AUV's clock is at first, and its drift (s/s), (auvs, 2).
     """
 
     levels: Row
@@ -85,9 +86,9 @@ class Systematic(NamedTuple):
 
 
 class PackedErrors(NamedTuple):
-    """What lasts (:class:`Systematic`) as compiled code is handed it once: levels (1,); and where
-    it writes how each fix depends on that, `jacobians` (fixes, 2, 4 k + 2), and the covariance that
-    does not come from it, xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Jacobians`.
+    """A :class:`Systematic` for compiled code, with levels (1,); and the arrays to which it writes
+    each fix's Jacobian by these errors, `jacobians` (fixes, 2, 4 k + 2), and the remaining
+    covariance xx, yy, xy, `left` (fixes, 3), m2: see :class:`..records.rows.Jacobians`.
     """
 
     levels: Annotated[Rows, SYSTEMATIC]
@@ -101,14 +102,14 @@ class PackedErrors(NamedTuple):
 
 @written_out
 def systematic_of(packed: PackedErrors) -> Systematic:
-    """Return what lasts, of what was handed over."""
+    """Return systematic errors from their packed form."""
     return Systematic(
         packed.levels[0], packed.variances, packed.misalignments, packed.gnss, packed.clocks
     )
 
 
 @compiled
-def astray(asv: int, time: float, systematic: Systematic) -> Vector:
+def gnss_error(asv: int, time: float, systematic: Systematic) -> Vector:
     """Return the slow GNSS error (3,), m, of an ASV at an instant (s)."""
     own = systematic.gnss[asv]
     now = min(int(time / CONTROL_S), len(own) - 1)
@@ -117,8 +118,8 @@ def astray(asv: int, time: float, systematic: Systematic) -> Vector:
 
 @compiled
 def deviations(time: float, levels: Row) -> Floats:
-    """Return the standard deviations (EFFECTS,) of all that lasts, at an instant (s) at which the
-    AUV's clock is read; NaN where it is not.
+    """Return the standard deviations (EFFECTS,) of all systematic errors, at an instant (s) at
+    which the AUV's clock is read; NaN if it is not.
     """
     sds = np.ones(EFFECTS)  # those of slow errors
     sds[:CLOCK] = levels.sd
@@ -130,26 +131,29 @@ def deviations(time: float, levels: Row) -> Floats:
 
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
-    """Return how much of a range (m) an offset keeps that :func:`.measuring.debias` shortens."""
+    """Return the share of a range (m) left of an offset that :func:`.measuring.debias`
+    shortened.
+    """
     return 1.0 if reach == 0.0 else length(ahead) / abs(reach)
 
 
 @compiled
 def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
-    """Return the effects (4, EFFECTS) of what turns an offset `ahead` (3,), m, or moves its origin.
+    """Return the effects (4, EFFECTS) of errors that rotate an offset `ahead` (3,), m, or move its
+    origin.
 
-    A sound speed taken for too high makes the plane wave that fits the arrivals longer.  Where the
-    array resolves some axes better, the direction that comes nearest to it is another one: turned
-    by T (T^T M T)^-1 T^T M s, T spanning the plane across s.
+    An assumed sound speed that is too high lengthens the plane wave that fits the arrivals.  Where
+    the array resolves some axes better, the direction that fits it best is then rotated by T (T^T M
+    T)^-1 T^T M s, T spanning the plane across s.
     """
     effects = np.zeros((4, EFFECTS))
     effects[0, MISALIGNMENT], effects[1, MISALIGNMENT] = -ahead[1], ahead[0]
     effects[0, GNSS] = effects[1, GNSS + 1] = 1.0
-    within = turned_back(seen.believed, seen.unit)
+    within = rotated_back(seen.believed, seen.unit)
     east, down = tangents(within)
     x, y, determinant = across_by_metric(instrument.metric, east, down, within)
     aside = scaled(plus(scaled(east, x), scaled(down, y)), kept(ahead, 1.0))
-    moved = turned(seen.believed, divided(aside, determinant))
+    moved = rotated(seen.believed, divided(aside, determinant))
     for axis in range(3):
         effects[axis, SOUND_SPEED] = moved[axis]
     if instrument.levels.slow_share > 0.0:
@@ -159,18 +163,18 @@ def across(seen: Sighting, ahead: Vector, instrument: Instrument) -> Floats:
 
 @compiled
 def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument) -> None:
-    """Write to effects (4, EFFECTS) what slow errors of a direction make of an offset (3,), m, at
-    the depth of the AUV: it is known, that of a fix errs by what elevation does.
+    """Write to effects (4, EFFECTS) the effects of slow direction errors on an offset (3,), m, with
+    the AUV's depth, which is known, while a fix's depth has the error of the elevation.
 
-    An array has them in its frame: of the sums X^T n of its elements' errors, whose covariance is
-    M = L L^T, L (3, 3) triangular, one for each column of L.  A data sheet has the three of
-    :func:`.measuring.stated_aside`; or the place along each axis, whatever the direction.
+    An array has these errors in its frame: in the sums X^T n of its elements' errors, with
+    covariance M = L L^T, L (3, 3) triangular, one for each column of L. A data sheet has the three
+    of :func:`.measuring.stated_aside`; or the position along each axis, in any direction.
     """
     levels, share = instrument.levels, sqrt(instrument.levels.slow_share)
     away = length(ahead)
     if away < AT_THE_ARRAY:
         return
-    within = turned_back(seen.believed, divided(ahead, away))
+    within = rotated_back(seen.believed, divided(ahead, away))
     east, down = tangents(within)
     if levels.has_sheet:
         sds = angle_sds(seen.snr_db, levels)
@@ -179,7 +183,7 @@ def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Inst
                 effects[k, SLOW_ASIDE + k] = share * spread_sd(away, levels)
                 continue
             one = 1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0
-            moved = turned(seen.believed, stated_aside(east, down, sds, one))
+            moved = rotated(seen.believed, stated_aside(east, down, sds, one))
             for axis in range(3):
                 effects[axis, SLOW_ASIDE + k] = share * away * moved[axis]
         return
@@ -190,7 +194,7 @@ def _slow_aside(effects: Floats, ahead: Vector, seen: Sighting, instrument: Inst
         column = root[0, k], root[1, k], root[2, k]
         f, g = dot(east, column), dot(down, column)
         aside = plus(scaled(east, d * f - b * g), scaled(down, a * g - b * f))
-        moved = turned(seen.believed, scaled(aside, away * sd / (a * d - b * b)))
+        moved = rotated(seen.believed, scaled(aside, away * sd / (a * d - b * b)))
         for axis in range(3):
             effects[axis, SLOW_ASIDE + k] = moved[axis]
 
@@ -210,16 +214,16 @@ def _root(metric: Floats) -> Floats:
 
 @compiled
 def states_place(levels: Row) -> bool:
-    """Tell whether a data sheet states the accuracy of a place, not that of a direction."""
+    """Return whether a data sheet states the accuracy of positions rather than of directions."""
     return bool(levels.spread_sd_m > 0.0 or levels.spread_share > 0.0)
 
 
 @compiled
 def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
-    """Shorten what a range errs by where geometry tells little (:func:`.two_way.dated`).
+    """Limit the errors of a range where geometry constrains it little (:func:`.two_way.dated`).
 
-    No error makes more of it than two places on a `baseline` (3,), m, differ, and of that of the
-    sound speed what it makes of the whole `path` (m).
+    No error exceeds the variance of two positions on a `baseline` (3,), m; that of the sound speed
+    may also have its effect on the whole `path` (m).
     """
     square = dot(baseline, baseline) / 6
     for k in range(EFFECTS):
@@ -233,7 +237,9 @@ def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
 
 @compiled
 def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> None:
-    """Add what a range is longer by (m) to the effects; it is less of the call's way."""
+    """Add errors of a range (m), `farther` (EFFECTS,), to effects; the call's path gets minus
+    these.
+    """
     for k in range(EFFECTS):
         for i in range(3):
             effects[i, k] += kept * unit[i] * farther[k]
@@ -244,14 +250,13 @@ def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> Non
 def changes(
     effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument, clock_m: float
 ) -> Floats:
-    """Return how effects (4, EFFECTS) change per m along x and along y, (2, 4, EFFECTS).
+    """Return the derivatives of effects (4, EFFECTS) along x and along y, (2, 4, EFFECTS), per m.
 
-    They turn with the direction of the offset `ahead` (3,), m; those of misalignment and sound
+    They rotate with the direction of the offset `ahead` (3,), m; those of misalignment and sound
     speed grow with its length as well; those of slow errors are differences.  A navigator needs
-    them where it knows better where the AUV is than the fix does: noise of the fix that is in its
-    J, too, would look as if it told something of clocks and sound speeds that no geometry tells.
-    Of a clock that errs by as much (`clock_m`, sd) as the range is long nobody knows how fast the
-    direction turns.
+    them where it knows the AUV's position better than the fix: noise of the fix in its J would seem
+    to measure clocks and sound speeds that the geometry does not.  If the clock error is as large
+    (`clock_m`, sd) as the range, it is unknown how fast the direction rotates.
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
     if square < AT_THE_ARRAY**2:
@@ -271,7 +276,9 @@ def changes(
 
 @compiled
 def _far_share(ahead: Vector, clock_m: float) -> float:
-    """Return which share of an offset's turning (3,), m, a clock (sd, m) leaves certain."""
+    """Return the share of an offset's rotation (3,), m, that a clock error (sd, m) leaves
+    certain.
+    """
     square = dot(ahead, ahead)
     return square / (square + (NEAR * clock_m) ** 2)
 
@@ -280,8 +287,8 @@ def _far_share(ahead: Vector, clock_m: float) -> float:
 def add_unknown_turn(
     covariance: Floats, ahead: Vector, clock_m: float, seen: Sighting, instrument: Instrument
 ) -> None:
-    """Add to a covariance (3, 3) or larger, m2, what a direction errs by at the rest of the range,
-    of which a clock (sd, m) leaves nobody certain: see :func:`changes`.
+    """Add to a covariance (3, 3) or larger, m2, the error of a direction at the part of the range
+    that is uncertain by a clock error (sd, m): see :func:`changes`.
     """
     if clock_m <= 0.0:
         return
@@ -296,7 +303,7 @@ def add_unknown_turn(
 def _slow_changes(
     out: Floats, effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument
 ) -> None:
-    """Write how effects of slow errors change, by those of offsets a little to either side."""
+    """Write the derivatives of the effects of slow errors, by offsets moved to either side."""
     step, ahead = 1e-3 * length(ahead), (ahead[0], ahead[1], seen.below)
     ranged = effects[0, SLOW_RANGE], effects[1, SLOW_RANGE], effects[2, SLOW_RANGE]
     near = np.zeros((4, EFFECTS))
@@ -312,8 +319,8 @@ def _slow_changes(
 
 @compiled
 def bent(effects: Floats, ahead: Vector, instrument: Instrument) -> Floats:
-    """Return the second derivatives (4, EFFECTS) of a fix by what turns its offset (3,), m: the
-    misalignment about z; what a slow error moves aside goes round a sphere.
+    """Return the second derivatives (4, EFFECTS) of a fix by errors that rotate its offset (3,), m:
+    the misalignment about z, and slow direction errors, which move it along a sphere.
     """
     out = np.zeros((4, EFFECTS))
     out[0, MISALIGNMENT], out[1, MISALIGNMENT] = -ahead[0], -ahead[1]
@@ -329,8 +336,8 @@ def bent(effects: Floats, ahead: Vector, instrument: Instrument) -> Floats:
 
 @compiled
 def noise_of(covariance: Floats, jacobians: Floats, variances: Floats) -> Floats:
-    """Return what is left of a covariance (3, 3), m2, without errors of some `variances` (k,);
-    `jacobians` (3, 2 k) are what it holds of their squares, then of themselves.
+    """Return the covariance (3, 3), m2, without errors of some `variances` (k,); `jacobians` (3, 2
+    k) are the derivatives by their squares, then by themselves.
     """
     out, count = covariance.copy(), variances.size
     for k in range(2 * count):
@@ -351,9 +358,10 @@ def level_part(covariance: Floats) -> Floats:
 
 @compiled
 def add_own(covariance: Floats, effects: Floats, bends: Floats, sds: Floats) -> None:
-    """Add what an ASV has by itself (misalignment, GNSS, slow errors) to a covariance, m2.
+    """Add an ASV's own errors (misalignment, GNSS, slow errors) to a covariance, m2.
 
-    A misalignment turns the offset on a circle: its square has a mean, too, E x^4 / 4 = 3 sd^4 / 4.
+    A misalignment rotates the offset on a circle: its square has a variance, too, E x^4 / 4 = 3
+    sd^4 / 4.
     """
     for k in range(EFFECTS):
         if k < CALLER or k >= SLOW_RANGE:
@@ -365,15 +373,15 @@ def add_own(covariance: Floats, effects: Floats, bends: Floats, sds: Floats) -> 
 
 @compiled
 def add(covariance: Floats, effect: Floats, variance: float) -> None:
-    """Add what an error of some variance makes to a covariance (n, n), m2, in its place."""
+    """Add an error of some variance, by its effect (n,), to a covariance (n, n), m2, in place."""
     for i in range(len(covariance)):
         for j in range(len(covariance)):
             covariance[i, j] += variance * effect[i] * effect[j]
 
 
 class Whose(NamedTuple):
-    """Whose errors a measurement has: the number of the array among those that J tells of, the ASV,
-    who has called it (NONE: nobody), and when (s) the AUV's clock was read, NaN for an answer.
+    """The vehicles whose errors a measurement has: the index of the array among those in J, the
+    ASV, the caller (NONE: none), and when (s) the AUV's clock was read, NaN for an answer.
     """
 
     array: int
@@ -404,7 +412,7 @@ def spread_out(effects: Floats, out: Floats, whose: Whose, levels: Row) -> None:
 
 @compiled
 def move(jacobians: Floats, way: Floats) -> None:
-    """Move the place at which J (n, 5 k + 1) holds by a `way` (m)."""
+    """Move the position at which J (n, 5 k + 1) holds by `way` (m)."""
     count = jacobians.shape[1] // 5
     for axis in range(2):
         jacobians[:, :count] += way[axis] * jacobians[:, (1 + axis) * count : (2 + axis) * count]

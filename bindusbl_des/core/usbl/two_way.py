@@ -1,10 +1,10 @@
-"""The answer to a call, which is ranged by the whole way of both.
+"""Two-way ranging: an answer is located by the whole path of call and answer.
 
-ASVs share their clock, GNSS time, and what they measured: how long the sound was under way from the
-caller to the AUV and from there to themselves.  The two places of the AUV are those at which it
-heard the call and at which it answered, a ping and a turnaround later.  One ASV finds its range by
-itself, the caller if it heard the answer.  That tells when the AUV answered, and with it the range
-of all others, whose errors contain that of the first (eq. rtt; the turnaround is known and
+ASVs share their clock, GNSS time, and their measurements: the travel time of the sound from the
+caller to the AUV and from there to themselves.  The two positions of the AUV are those at which it
+heard the call and at which it answered, a ping and a turnaround later.  One ASV gets its range by
+itself, the caller if it heard the answer.  That gives the instant of the answer, and with it the
+ranges of all others, whose errors contain that of the first (eq. rtt; the turnaround is known and
 removed).
 """
 
@@ -28,9 +28,9 @@ from .array import (
     minus,
     negative,
     plus,
+    rotated,
     rotation,
     scaled,
-    turned,
 )
 from .fusion import fuse_shared, product
 from .measuring import (
@@ -45,19 +45,19 @@ from .measuring import (
     spread_sd,
 )
 from .sights import note_answer, note_direction, note_sight
-from .systematic_effects import Systematic, astray
+from .systematic_effects import Systematic, gnss_error
 
-# A share of the whole way below which a caller and an AUV are in line, and one cannot tell where.
+# Relative path difference below which the AUV is on the line to the caller, somewhere between
 IN_LINE = 1e-9
 
 
 class OwnRange(NamedTuple):
-    """How far (m) an AUV was from who heard its answer.
+    """The range (m) of an AUV at an ASV that heard its answer.
 
-    `share` of an error of the path goes into the range; the AUV lies from the caller along the unit
-    vector `bearing` (3,); the range grows by `lean` (3,) per metre across the direction.  In
-    `doubt` (m2) it is whatever the errors only where the AUV lies between the two, where every
-    range makes the same path.
+    `share` of an error of the path goes into the range; the AUV is in the direction of the unit
+    vector `bearing` (3,) from the caller; the range grows by `lean` (3,) per metre across the
+    direction.  It has a variance `doubt` (m2) of its own only where the AUV is between the two,
+    where every range gives the same path.
     """
 
     reach: float
@@ -68,9 +68,8 @@ class OwnRange(NamedTuple):
 
 
 class PathErrors(NamedTuple):
-    """Variances (m2): of a path's own length, of the AUV's motion between call and answer, of what
-    moves the whole fix of who heard it (GNSS), and of the GNSS of the caller if that is another
-    (else 0).
+    """Variances (m2): of the path's length, of the AUV's motion between call and answer, of errors
+    that move the whole fix (GNSS), and of the caller's GNSS if it is another ASV (else 0).
     """
 
     timing: float
@@ -81,10 +80,11 @@ class PathErrors(NamedTuple):
 
 @compiled
 def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
-    """Return how far an AUV in a direction was, when call and answer took a `path` (m).
+    """Return the range of an AUV in the direction `unit`, when call and answer took a `path` (m).
 
-    `baseline` (3,), m, points from who heard the answer to where the call was sent: 0 for a caller
-    that keeps its place, who takes half the path; others look for a point of an ellipse.
+    `baseline` (3,), m, points from the ASV that heard the answer to where the call was sent: 0 for
+    a caller that has not moved, whose range is half the path; other ranges are those of a point on
+    an ellipse.
 
     >>> [round(x, 9) for x in own_range(100.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))[:2]]
     [50.0, 0.5]
@@ -108,8 +108,8 @@ def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
 
 @compiled
 def limited_share(own: OwnRange, limit: float, errors: PathErrors) -> float:
-    """Return the share of an error of the path that goes into the range: it makes no more of it
-    than the path itself and a `limit` (m2).
+    """Return the share of an error of the path that goes into the range, limited to the path's own
+    error and a variance `limit` (m2).
     """
     drawn = own.share**2 * (errors.timing + errors.motion + 2 * errors.other_gnss)
     most = errors.timing + errors.motion + limit
@@ -120,17 +120,16 @@ def limited_share(own: OwnRange, limit: float, errors: PathErrors) -> float:
 def dated(
     covariance: Floats, unit: Vector, own: OwnRange, limit: float, errors: PathErrors
 ) -> Floats:
-    """Return the covariance (4, 4), m2, of a fix by a range of one's own and of the call's way.
+    """Return the covariance (4, 4), m2, of a fix by an ASV's own range and of the call's path.
 
-    The call's way is what remains of the path, and tells all others when the AUV answered.
-    `covariance` (3, 3) is that of the direction and of the ASV's GNSS; the range errs by a share of
-    the path's own error, of the AUV's motion, and where another ASV has called of both GNSS errors
-    along the bearing, and it leans on the error of the direction.  However little the geometry
-    tells, the AUV lies on an ellipse: neither direction nor path make more than a `limit` (m2) of
-    it.
+    The call's path is the rest of the path, and gives the instant of the answer to all others.
+    `covariance` (3, 3) is that of the direction and of the ASV's GNSS; the range has a share of the
+    path's own error, of the AUV's motion, and if another ASV has called of both GNSS errors along
+    the bearing, and is correlated with the error of the direction by `lean`.  However weak the
+    geometry, the AUV lies on an ellipse: neither direction nor path adds more than a `limit` (m2).
     """
     share, timing, motion = limited_share(own, limit, errors), errors.timing, errors.motion
-    tilt = np.zeros(3)  # covariance of the place with what the direction makes of the range
+    tilt = np.zeros(3)  # covariance of the position with the range's error by the direction
     variance = 0.0
     for i in range(3):
         for j in range(3):
@@ -153,8 +152,8 @@ def dated(
 
 
 class Heard(NamedTuple):
-    """A ping and its receptions (n,), of which one or more were decoded; the `noise` of each,
-    standard normal numbers (n or more, NOISE_WIDTH or more).
+    """A ping and its receptions (n,), one or more of them heard; the `noise` of each, standard
+    normal numbers (n or more, NOISE_WIDTH or more).
     """
 
     ping: Row
@@ -163,9 +162,9 @@ class Heard(NamedTuple):
 
 
 class Alone(NamedTuple):
-    """What one ASV makes of an answer by itself: the fix (3,), m, the covariance (4, 4), m2, of it
-    and of (less) the length of the call's way, its range, and how much longer (m per m) that is
-    where the call's way is.
+    """One ASV's location of an answer: the fix (3,), m, the covariance (4, 4), m2, of it and of
+    minus the call's path length, its range, and how much longer that is (m per m) if the call's
+    path is.
     """
 
     fix: Floats
@@ -180,7 +179,7 @@ def two_way(
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of an answer to a call, and its covariance (3, 3), m2.
 
-    `strayed` (m2) is how far the AUV may have gone between the two.
+    `strayed` (m2) as of :func:`.fixes.measured`.
     """
     reference, levels = first_to_locate(heard), instrument.levels
     seen = sighting(heard, reference, asvs, instrument, None)
@@ -204,7 +203,7 @@ def two_way(
 
 @compiled
 def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument) -> None:
-    """Note what an ASV has measured of an answer."""
+    """Write an ASV's measurement of an answer to its reception."""
     half, levels = seen.path / 2, instrument.levels
     fix, noise = placed(seen, half, path_sd(half, levels), heard.noise[row], instrument)
     reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
@@ -227,14 +226,14 @@ def first_to_locate(heard: Heard) -> int:
 def sighting(
     heard: Heard, row: int, asvs: Motion, instrument: Instrument, errors: Systematic | None
 ) -> Sighting:
-    """Return what an ASV measures of a reception, with what lasts if anything does: by the clock of
-    the AUV, or for an answer of all ASVs.
+    """Return an ASV's measurement of a reception, with systematic `errors` if any: by the clock of
+    the AUV, or for an answer by the ASVs'.
     """
     ping, reception = heard.ping, heard.receptions[row]
     x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
     vessel, under_way, off = (x, y, z), reception.travel_time_s, NOTHING
     source = ping.x_m, ping.y_m, ping.z_m
-    if not isnan(reception.lowered):  # it seems to be later, and higher or lower: echoes blend in
+    if not isnan(reception.lowered):  # echoes blend in: it seems later, and higher or lower
         under_way += reception.late_s
         ahead, aside, below = minus(source, vessel)
         reach = max(hypot(hypot(ahead, aside), below), SHORTEST_RANGE)
@@ -247,15 +246,15 @@ def sighting(
         late, later = errors.clocks[ping.auv]
         under_way = under_way + late + later * ping.sent_at_s
     if errors is not None:
-        off = astray(reception.asv, reception.arrived_at_s, errors)
+        off = gnss_error(reception.asv, reception.arrived_at_s, errors)
     view = View(source, vessel, yaw, under_way, ping.z_m - z, off)
     return measure(view, reception, reception.asv, heard.noise[row], instrument, errors)
 
 
 class View(NamedTuple):
-    """How an array sees a source: where that seems to be and where the array is (3,), m, and heads
-    (rad), how long (s) the sound seems to have been under way, how far (m) the source is below, and
-    how far (3,), m, who carries the array is slowly astray.
+    """What an array sees of a source: its apparent position and the array's (3,), m, the array's
+    heading (rad), the apparent travel time (s), the true depth (m) of the source below it, and the
+    slow GNSS error (3,), m, of the array's carrier.
     """
 
     source: Vector
@@ -271,15 +270,15 @@ def measure(
     view: View, reception: Row, carrier: int, noise: Floats, instrument: Instrument,
     errors: Systematic | None,
 ) -> Sighting:  # fmt: skip
-    """Return what an array measures of a source, by a row of noise; its `carrier` is the number of
-    its vehicle among those with arrays.  Note the direction.
+    """Return an array's measurement of a source, by a row of noise; `carrier` is the index of its
+    vehicle among those with arrays.  Write the direction to the reception.
     """
     snr_db, place = reception.snr_db, view.array
     unit, believed = sighted(view.source, place, view.yaw, snr_db, noise, instrument)
     path = instrument.levels.sound_speed_m_per_s * clocked(view.under_way, noise, instrument)
     if errors is not None:
         turn = rotation(0.0, 0.0, errors.misalignments[carrier])
-        unit, believed = turned(turn, unit), product(turn, believed)
+        unit, believed = rotated(turn, unit), product(turn, believed)
         place = plus(place, view.off)
     note_direction(reception, unit, believed)
     return Sighting(place, unit, believed, path, snr_db, view.below)
@@ -289,7 +288,7 @@ def measure(
 def way_to_caller(
     heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument
 ) -> Vector:
-    """Return where the call was sent as seen from who heard its answer (3,), m, by their GNSS."""
+    """Return where the call was sent relative to its answer's hearer (3,), m, by their GNSS."""
     x, y, z, _ = where(asvs, heard.ping.called_by, heard.ping.called_at_s)
     baseline, gnss_sd = minus((x, y, z), seen.vessel), instrument.levels.gnss_sd_m
     if heard.receptions[row].asv != heard.ping.called_by:
@@ -313,10 +312,10 @@ def by_itself(
         other_gnss = gnss
     own = own_range(seen.path, baseline, seen.unit)
     fix, covariance = placed(seen, own.reach, 0.0, noise, instrument)
-    # of which the range does not depend
+    # errors of the position that the range does not depend on
     beside = gnss + (1.0 - levels.slow_share) * spread_sd(own.reach, levels) ** 2
-    limit = dot(baseline, baseline) / 6  # two places on a line
-    level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs go level
+    limit = dot(baseline, baseline) / 6  # mean square difference of two positions on it
+    level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs move horizontally
     errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)
     spread = dated(covariance, seen.unit, own, limit, errors)
     return Alone(fix, spread, own, limited_share(own, limit, errors))
