@@ -26,6 +26,7 @@ from .apps.commands.reproduction import reproduce
 from .apps.commands.sweeps import merge, resume, status, sweep
 from .apps.commands.timing import timing
 from .apps.commands.verifying import verify
+from .apps.commands.workbench import workbench
 from .support.process import INTERRUPTED, collect_seldom, hand_back, leave_the_rest
 from .support.wording import nearest, printable, shortened
 
@@ -168,6 +169,7 @@ def main(**_: Any) -> None:
 
 # All commands, by what one wants of them, in the order of use
 GROUPS: dict[str, tuple[click.Command, ...]] = {
+    "On a page": (workbench,),
     "Write a scenario": (init, params, presets, validate, schema),
     "Fly": (run, live, sweep, resume, status, merge),
     "Ask what became of it": (report, explain, plot, compare, export),

@@ -25,7 +25,7 @@ ROOMS = [
     *("support", "geometry", "sea", "records", "charts", "vehicles", "presets", "scenario"),
     *("acoustics", "usbl", "navigation", "protocol", "setup", "results", "mission", "models"),
     *("preflight", "verification", "explain", "report", "figures", "export", "live", "gym"),
-    *("recorded", "campaigns", "advice", "planning", "benchmark", "commands"),
+    *("recorded", "campaigns", "advice", "planning", "benchmark", "workbench", "commands"),
     *("cli", "dynamics", "__main__"),
 ]
 
@@ -41,7 +41,7 @@ HOMES = {
     "pelagic": "models.channels.table_channel",
     "pyarrow": "models.channels.ray_tables core.results core.mission.tables core.mission.modems "
     "apps.campaigns apps.export apps.recorded",
-    "yaml": "support.plain_yaml",
+    "yaml": "support.plain_yaml support.yaml_edits",
     "click": "cli apps.commands",
     "numba": "support.compiled support.packed",
     "pydantic": "core.scenario core.results core.acoustics.sound_settings apps.campaigns",
@@ -53,6 +53,8 @@ HOMES = {
     "gtsam": "apps.recorded.replaying",
     "mcap": "models.charts.recordings",
     "mcap_protobuf": "models.charts.recordings",
+    "starlette": "apps.workbench.server",
+    "uvicorn": "apps.workbench.server",
 }
 
 

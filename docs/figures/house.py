@@ -20,6 +20,7 @@ BEND = PITCH - TALL  # an arrow goes to its column between two rows
 # The middle of each room's box, what it does in a few words, and its colour.
 ROOMS = {
     "commands": (500, "the command line", FACES),
+    "workbench": (790, "a page to draw and plan on", FACES),
     "planning": (500, "how many, where, how sure", MANY),
     "advice": (500, "what would help", MANY),
     "campaigns": (500, "many missions, statistics", MANY),

@@ -1,4 +1,5 @@
-"""What error an AUV settles at where it dwells: a map of a survey, without any way through it.
+"""Maps of errors over a survey: that of the AUV whose lanes are nearest, as it passes; and what an
+AUV settles at where it dwells, without any way through the survey.
 
 How large an error is follows from its mean and covariance: the square of a plane Gaussian error is
 taken for a gamma variable of the same mean and variance (Satterthwaite 1946), which it is where it
@@ -11,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....support.arrays import Floats
+from ....support.arrays import Floats, Ints
 from ...preflight.fix_chance import by_first
 from .inputs import FixNoise, Inputs, PlannedWays
 from .march import Errors
@@ -124,6 +125,45 @@ def expected_largest(values: Floats, varies: Floats) -> float:
         total += (largest - below) * float(cases.flat[place])
         below = largest
     return total
+
+
+class OnWays(NamedTuple):
+    """Where on the ways of AUVs each of p places is nearest (p,): which AUV, after which instant,
+    and which share of the way to the next.
+    """
+
+    auv: Ints
+    instant: Ints
+    share: Floats
+
+
+# So many pairs of a place and a leg are looked at at once.
+MOST_PAIRS = 1_000_000
+
+
+def nearest_on_ways(ways: PlannedWays, places: ArrayLike) -> OnWays:
+    """Return where on the ways of AUVs `places` (p, 2), m, are nearest."""
+    spots = np.asarray(places, dtype=np.float64)
+    begins = ways.places_m[:, :-1].reshape(-1, 2)
+    legs = np.diff(ways.places_m, axis=1).reshape(-1, 2)
+    square = np.maximum((legs * legs).sum(axis=1), 1e-30)
+    found, shares = [np.empty(0, np.int64)], [np.empty(0)]
+    for some in np.array_split(spots, -(-len(spots) * len(legs) // MOST_PAIRS)):
+        away = some[:, np.newaxis] - begins
+        share = np.clip((away * legs).sum(axis=2) / square, 0.0, 1.0)
+        away -= share[:, :, np.newaxis] * legs
+        leg = (away * away).sum(axis=2).argmin(axis=1)
+        found.append(leg)
+        shares.append(share[np.arange(len(some)), leg])
+    auv, instant = np.divmod(np.concatenate(found), ways.places_m.shape[1] - 1)
+    return OnWays(auv, instant, np.concatenate(shares))
+
+
+def lane_map(nearest: OnWays, error_over_time: Floats) -> Floats:
+    """Return the mean error (p,), m, of the AUV that passes nearest to each place, as it passes."""
+    auv, instant, share = nearest
+    before, after = error_over_time[auv, instant], error_over_time[auv, instant + 1]
+    return np.asarray((1.0 - share) * before + share * after)
 
 
 # Fixes that come more seldom than one in so many rounds are none.

@@ -1,0 +1,92 @@
+// What is simulated and planned: asked for, how far it is, what it found.
+
+const UNITS = { position_error_m: "m", position_error_p95_m: "m", fix_age_p95_s: "s" };
+// What is exported of a plan's team
+const EXPORTS = ["kml", "gpx", "geojson"];
+const button = (words, act, more = {}) => {
+  const made = make("button", { type: "button", ...more }, words);
+  made.addEventListener("click", act);
+  return made;
+};
+const seconds = (value) => (value >= 90 ? `${Math.round(value / 60)} min` : `${Math.ceil(value)} s`);
+
+export class Jobs {
+  constructor(bench) {
+    Object.assign(this, { bench, known: new Map() });
+    bench.on("jobs", (jobs) => this.show(jobs));
+    byId("simulate").addEventListener("submit", (event) => {
+      event.preventDefault();
+      bench.ask("begin", { kind: "simulate", seeds: byId("seeds").valueAsNumber });
+    });
+    byId("metric").addEventListener("change", () => { byId("unit").textContent = UNITS[byId("metric").value]; });
+    byId("plan").addEventListener("submit", (event) => {
+      event.preventDefault();
+      const [least, most] = ["least", "most"].map((id) => byId(id).valueAsNumber).sort((a, b) => a - b);
+      const vary = [`asvs.count=${least}:${most}`, ...byId("vary").value.split("\n").map((line) => line.trim()).filter(Boolean)];
+      bench.ask("begin", { kind: "plan", below: [`${byId("metric").value}=${byId("below").value}`], vary, mean: byId("whose").value === "mean" });
+    });
+  }
+  // Those that are as they were keep their place on the page, and the focus in it.
+  show(jobs) {
+    const hosts = { simulate: byId("simulated"), plan: byId("planned") };
+    for (const job of jobs) {
+      const told = JSON.stringify(job), before = this.known.get(job.number);
+      if (before?.told === told) continue;
+      const box = this.box(job);
+      if (before) before.box.replaceWith(box);
+      else hosts[job.kind].prepend(box);
+      this.known.set(job.number, { told, box });
+    }
+  }
+  box(job) {
+    const { number, kind, status, told } = job, { bench } = this;
+    const head = make("h3", {}, `${kind === "plan" ? "Plan" : "Simulation"} ${number}${job.words ? `: ${job.words}` : ""}`);
+    const parts = [head, make("p", { class: "note" }, `${this.asked(job)}; ${this.far(job)}${job.version === bench.version ? "" : " (the scenario was another)"}`)];
+    if (status === "running") {
+      parts.push(make("progress", job.missions ? { max: job.missions, value: job.done } : {}), make("div", { class: "tools" }, button("stop", () => bench.ask("stop", { job: number }))));
+      if (kind === "plan" && told) parts.push(make("p", { class: "note" }, told));
+    } else if (status !== "complete") {
+      parts.push(make("div", { class: "tools" }, button("go on", () => bench.ask("go_on", { job: number }))));
+      if (told) parts.push(make("pre", {}, told));
+    }
+    if (kind === "simulate" && job.seeds_flown?.length) parts.push(...this.seeds(job));
+    if (kind === "plan" && job.answered) parts.push(...this.answer(job));
+    return make("section", { class: "job", "data-job": number, "data-status": status }, ...parts);
+  }
+  asked({ kind, seeds, below, vary, mean }) {
+    return kind === "simulate" ? `${seeds} seed${seeds === 1 ? "" : "s"}` : `${[...(below ?? []), ...(vary ?? [])].join(", ")}${mean ? ", mean of the AUVs" : ""}`;
+  }
+  far({ kind, status, done, missions, left_s: left, failed }) {
+    const flown = kind === "simulate" ? `${done} of ${missions} flown` : `${done} missions flown`;
+    return `${status === "complete" ? "done" : status}, ${flown}${failed ? `, ${failed} failed` : ""}${status === "running" && Number.isFinite(left) ? `, ${seconds(left)} left` : ""}`;
+  }
+  // Best, median and worst seed, and a table of all; each is played on its page.
+  seeds({ number, seeds_flown: flown, mean: average, half }) {
+    const told = half === null ? significant(average) : withHalf(average, half).join(" ± ");
+    const play = (row) => this.bench.open(`pages/${number}/${row.seed}#playback`, `Simulation ${number}, seed ${row.seed}`);
+    const named = [["best", flown[0]], ["median", flown[Math.floor((flown.length - 1) / 2)]], ["worst", flown[flown.length - 1]]];
+    const cell = (value, unit) => make("td", {}, value === null ? "–" : unit === "s" ? timed(value) : significant(value));
+    const rows = flown.map((row) => make("tr", {}, make("th", { scope: "row" }, button(`seed ${row.seed}`, () => play(row), { class: "plain link" })), make("td", {}, row.worst_position_error_m_auv ?? ""), cell(row.worst_position_error_m), cell(row.worst_position_error_p95_m), cell(row.worst_fix_age_max_s, "s")));
+    const heads = [["play", ""], ["worst", ""], ["mean error", "m"], ["95 %", "m"], ["oldest fix", ""]].map(([words, unit]) => make("th", { scope: "col" }, words, make("span", { class: "unit" }, unit)));
+    return [
+      make("p", {}, "Worst AUV, mean error: ", make("b", {}, `${told} m`), half === null ? ", of one mission." : ` (95 % interval of the mean of ${flown.length} missions).`),
+      make("div", { class: "tools" }, ...named.map(([words, row]) => button(`▶ ${words} seed`, () => play(row))), button("all missions", () => this.bench.open(`pages/${number}/all`, `Simulation ${number}`))),
+      make("details", {}, make("summary", {}, "Each seed"), make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows))),
+    ];
+  }
+  answer({ number, answered, answer, doubts, keys }) {
+    const { bench } = this, [first, ...others] = answered;
+    const takeOver = button("put this team on the chart", () => bench.ask("take", { job: number }));
+    const exports = EXPORTS.map((kind) => make("a", { href: `export/${number}/${kind}`, download: "" }, kind.toUpperCase()));
+    const doubted = (doubts ?? []).map((doubt) => {
+      const mark = { true: "✓ ", false: "✗ " }[doubt.met] ?? "? ";
+      return button(`${mark}${doubt.told}: ${significant(doubt.mean?.[0] ?? NaN)}`, () => bench.ask("begin", { kind: "simulate", seeds: byId("seeds").valueAsNumber || 8, set: { ...keys, ...doubt.keys }, words: doubt.told }), { title: "Simulate the team in this condition, to look at its missions" });
+    });
+    return [
+      make("p", { class: answer ? "verdict" : "verdict warning" }, first),
+      make("div", { class: "tools" }, button("the plan's page", () => bench.open(`pages/${number}/plan`, `Plan ${number}`)), takeOver, ...exports.flatMap((it) => [it, " "])),
+      ...(doubted.length ? [make("p", {}, "If it is not as planned:"), make("div", { class: "tools" }, ...doubted)] : []),
+      make("details", {}, make("summary", {}, "All that it says"), ...others.map((text) => make("p", {}, text))),
+    ];
+  }
+}

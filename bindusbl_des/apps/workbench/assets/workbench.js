@@ -1,0 +1,131 @@
+// The page of the workbench: what the server tells is shown, what is done here is told to the server.
+// Names such as `make`, `byId` and `significant` are those of all pages (base.js).
+
+import { Chart } from "./chart.js";
+import { Editor, keysForm } from "./editor.js";
+import { Jobs } from "./jobs.js";
+
+document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+startTheme();
+
+// What everybody here knows: the scenario and its version, what it looks like, what is predicted.
+const bench = { version: 0, desk: null, look: null, forecast: null, jobs: [], asked: 0 };
+const listeners = { desk: [], look: [], forecast: [], tried: [], jobs: [] };
+bench.on = (what, listener) => listeners[what].push(listener);
+const heard = (what, message) => listeners[what].forEach((listener) => listener(message));
+
+let quiet = 0;
+export function say(text, bad = false) {
+  const said = byId("said");
+  said.textContent = text;
+  said.classList.toggle("bad", bad);
+  clearTimeout(quiet);
+  quiet = setTimeout(() => { said.textContent = ""; }, bad ? 9000 : 4000);
+}
+bench.say = say;
+
+// The server, asked again every second while it does not answer.
+let socket = null;
+function connect() {
+  const address = new URL("talk", location.href);
+  address.protocol = "ws:";
+  socket = new WebSocket(address);
+  socket.addEventListener("open", () => { byId("lost").hidden = true; });
+  socket.addEventListener("message", ({ data }) => take(JSON.parse(data)));
+  socket.addEventListener("close", () => { byId("lost").hidden = false; setTimeout(connect, 1000); });
+}
+// Asks the server for something; changes name the version that they are made on.
+bench.ask = (what, more = {}) => {
+  if (socket?.readyState !== WebSocket.OPEN) { say("The workbench does not answer; nothing was changed.", true); return; }
+  socket.send(JSON.stringify({ do: what, version: bench.version, ...more }));
+};
+
+function take(message) {
+  if (message.is === "said") say(message.text, message.bad);
+  else if (message.is === "desk") {
+    bench.version = message.version;
+    bench.desk = message;
+    byId("file").textContent = message.file;
+    byId("undo").disabled = !message.undo;
+    byId("redo").disabled = !message.redo;
+    heard("desk", message);
+  } else if (message.is === "jobs") {
+    bench.jobs = message.jobs;
+    heard("jobs", message.jobs);
+  } else if (message.is === "tried") heard("tried", message);
+  else if (message.version === bench.version) { // of the scenario as it is, not as it was
+    bench[message.is] = message;
+    if (message.is === "look" && message.chart) {
+      byId("name").textContent = message.chart.name;
+      document.title = `${message.chart.name}: workbench`;
+    }
+    heard(message.is, message);
+  }
+}
+
+function tabs() {
+  const all = [...document.querySelectorAll("[role=tab]")];
+  const choose = (tab) => all.forEach((other) => {
+    other.setAttribute("aria-selected", other === tab);
+    other.tabIndex = other === tab ? 0 : -1;
+    byId(`tab-${other.dataset.tab}`).hidden = other !== tab;
+  });
+  bench.tab = (name) => choose(all.find((tab) => tab.dataset.tab === name));
+  all.forEach((tab, i) => {
+    tab.addEventListener("click", () => choose(tab));
+    tab.addEventListener("keydown", (event) => {
+      const way = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!way) return;
+      const next = all[(i + way + all.length) % all.length];
+      choose(next);
+      next.focus();
+    });
+  });
+  choose(all[0]);
+}
+
+// A page of results takes the chart's place until one goes back.
+bench.open = (address, name) => {
+  byId("frame").hidden = false;
+  byId("frame-name").textContent = name;
+  byId("frame-alone").href = address;
+  byId("page").src = address;
+  byId("page").focus();
+};
+byId("frame-back").addEventListener("click", () => {
+  byId("frame").hidden = true;
+  byId("page").src = "about:blank";
+});
+
+// Files that are opened or dropped are kept beside the scenario, and then named in it.
+async function drop(file) {
+  const answer = await fetch(`drop?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file }).catch(() => null);
+  const told = await answer?.json().catch(() => null);
+  if (!answer?.ok || !told) return say(told?.error ?? `${file.name}: cannot be kept`, true);
+  bench.ask("file", { name: told.name });
+}
+byId("open").addEventListener("change", ({ target }) => { [...target.files].forEach(drop); target.value = ""; });
+for (const kind of ["dragover", "dragleave", "drop"]) {
+  addEventListener(kind, (event) => {
+    if (!event.dataTransfer?.types.includes("Files")) return;
+    event.preventDefault();
+    document.body.classList.toggle("dropping", kind === "dragover");
+    if (kind === "drop") [...event.dataTransfer.files].forEach(drop);
+  });
+}
+
+byId("undo").addEventListener("click", () => bench.ask("step", { by: -1 }));
+byId("redo").addEventListener("click", () => bench.ask("step", { by: 1 }));
+addEventListener("keydown", (event) => {
+  if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z" || event.target.matches("textarea, input")) return;
+  event.preventDefault();
+  bench.ask("step", { by: event.shiftKey ? 1 : -1 });
+});
+
+tabs();
+bench.chart = new Chart(bench);
+bench.editor = new Editor(bench);
+keysForm(bench);
+new Jobs(bench);
+connect();
+Object.assign(bindusbl, { ready: true, bench });

@@ -1,0 +1,229 @@
+"""A scenario file and all that it was: undone, redone, and there again after a kill."""
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...support.files import read_json, write_text
+from ...support.plain_data import Path as KeyPath
+from ...support.plain_data import leaves, path_of
+from ...support.plain_yaml import read_text, read_yaml
+from ...support.wording import file_name
+from ...support.yaml_edits import REMOVED, edited
+
+# So many states of a file are kept.
+MOST_KEPT = 500
+
+STARTER = """\
+# Drawn in the workbench; `bindusbl-des params` lists every key.
+name: my_survey
+duration_s: survey
+survey: {side_m: 300, depth_m: 12}
+auvs:
+  count: 3
+  speed_m_per_s: 1.5
+  route: {kind: lawnmower, lane_spacing_m: 25, division: equal_length, start: strip_corner}
+asvs:
+  count: 2
+  formation: {positions_m: [[-60, -80], [60, 80]]}
+acoustics:
+  hf: {range_m: 250}
+  mf: {range_m: 500}
+usbl: {heading_sd_deg: 0.5, gnss_sd_m: 0.5}
+navigation:
+  initial_position_sd_m: 3
+  drift: {percent_of_distance: 0.5, statistic: cep}
+"""
+
+Change = tuple[KeyPath, Any]
+Point = Sequence[float]
+
+
+class Stale(ValueError):
+    """A change was made on what is no longer the scenario: another window was faster."""
+
+    def __init__(self) -> None:
+        super().__init__("another window has changed the scenario meanwhile; look, and do it again")
+
+
+class Desk:
+    """The scenario `file`, its text, and its earlier states in `folder`.
+
+    Each change is on the disk before anything is made of it.  What another program writes to the
+    file is taken in as a change.
+    """
+
+    def __init__(self, file: Path) -> None:
+        """Take a file, which is written where there is none.
+
+        Raises:
+            ScenarioError: when it is no text.
+            OSError: when nothing can be written beside it.
+        """
+        self.file = file.absolute()
+        self.folder = self.file.parent / "workbench" / file_name(self.file.stem)
+        self._states = self.folder / "history"
+        self._states.mkdir(parents=True, exist_ok=True)
+        if not self.file.exists():
+            write_text(self.file, STARTER, replace=False)
+        self.text = read_text(self.file)
+        self.version = self._last_known()
+        self.take_in()
+
+    def _last_known(self) -> int:
+        """Return the number of the state that the file has, or had before others changed it."""
+        try:
+            version = int(read_json(self.folder / "history.json")["at"])
+        except (OSError, ValueError, LookupError, TypeError):
+            version = max(self._numbers(), default=0)
+        killed = self._state(version + 1)  # a change of which only the number was not written
+        return version + 1 if killed == self.text != self._state(version) else version
+
+    def _numbers(self) -> list[int]:
+        return sorted(int(path.stem) for path in self._states.glob("*.yaml") if path.stem.isdigit())
+
+    def _path(self, version: int) -> Path:
+        return self._states / f"{version:06}.yaml"
+
+    def _state(self, version: int) -> str | None:
+        try:
+            return self._path(version).read_text(encoding="utf-8")
+        except OSError:
+            return None
+
+    @property
+    def can_undo(self) -> bool:
+        """Whether there is a state before this one."""
+        return self._path(self.version - 1).exists()
+
+    @property
+    def can_redo(self) -> bool:
+        """Whether this state was gone back to."""
+        return self._path(self.version + 1).exists()
+
+    def take_in(self) -> bool:
+        """Take in what another program has written to the file; tell whether it has.
+
+        Raises:
+            ScenarioError: when the file is gone, or no text.
+        """
+        self.text = read_text(self.file)
+        if self.text == self._state(self.version):
+            return False
+        self._keep(self.text)
+        return True
+
+    def _keep(self, text: str) -> None:
+        """Write a state behind this one, in place of those that were gone back from."""
+        for number in self._numbers():
+            if number > self.version or number <= self.version - MOST_KEPT:
+                self._path(number).unlink(missing_ok=True)
+        write_text(self._path(self.version + 1), text)
+        self._at(self.version + 1, text)
+
+    def _at(self, version: int, text: str) -> None:
+        if read_text(self.file) != text:
+            write_text(self.file, text)
+        write_text(self.folder / "history.json", f"{json.dumps({'at': version})}\n")
+        self.version, self.text = version, text
+
+    def write(self, text: str, version: int) -> None:
+        """Give the scenario another text, made of that of a version.
+
+        Raises:
+            Stale: when it has another version by now.
+            OSError: when it cannot be written; then it is as it was.
+        """
+        if self.take_in() or version != self.version:
+            raise Stale
+        if text != self.text:
+            self._keep(text)
+
+    def change(self, changes: Iterable[Change], version: int) -> None:
+        """Change keys of the scenario (raises as `write`).
+
+        Raises:
+            ValueError: when a key cannot be changed where it stands.
+        """
+        self.write(edited(self.text, changes), version)
+
+    def step(self, by: int) -> None:
+        """Go back in the history (-1), or forth again (1), if there is a state."""
+        self.take_in()
+        text = self._state(self.version + by)
+        if text is not None:
+            self._at(self.version + by, text)
+
+    def given(self) -> dict[str, Any]:
+        """Return the dotted keys that the text gives, with their values."""
+        data = read_yaml(self.text, str(self.file)).data
+        return dict(leaves(data)) if isinstance(data, dict) else {}
+
+
+def _rounded(places: Iterable[Point]) -> list[list[float]]:
+    """Return places to the centimetre, as they are told, predicted and copied."""
+    return [[round(float(axis), 2) + 0.0 for axis in place] for place in places]
+
+
+def vessels(stations: Iterable[Point]) -> list[Change]:
+    """Return the changes that moor ASVs at stations (m)."""
+    places = _rounded(stations)
+    formation = {"positions_m": places}
+    return [(("asvs", "count"), len(places)), (("asvs", "formation"), formation)]
+
+
+def area(corners: Iterable[Point], origin: Point | None) -> list[Change]:
+    """Return the changes that make the survey a polygon of corners (m), which stays on its place on
+    Earth: `origin`, latitude and longitude (deg) of x = y = 0, if it has one.
+    """
+    gone = ("side_m", "size_m", "rotation_deg", "area")
+    changes: list[Change] = [(("survey", name), REMOVED) for name in gone]
+    return [*changes, (("survey", "polygon_m"), _rounded(corners)), *_at_origin(origin)]
+
+
+def _at_origin(origin: Point | None) -> list[Change]:
+    if origin is None:
+        return []
+    place = {"lat_deg": round(origin[0], 9), "lon_deg": round(origin[1], 9)}
+    return [(("environment", "origin"), place)]
+
+
+def ways(points: Iterable[Iterable[Point]], origin: Point | None) -> list[Change]:
+    """Return the changes that send each AUV along points (m) of its own; over lanes without any."""
+    each = [_rounded(way) for way in points]
+    if not each:
+        return [(("auvs", "route"), {"kind": "lawnmower"})]
+    route = {"kind": "waypoints", "points_m": each}
+    return [(("auvs", "count"), len(each)), (("auvs", "route"), route), *_at_origin(origin)]
+
+
+def meanings(file: str) -> list[list[Change]]:
+    """Return what the name of a file may be meant for, the likeliest first: changes for each."""
+    shapes = ("side_m", "size_m", "rotation_deg", "polygon_m", "area")
+    gone: list[Change] = [(("survey", name), REMOVED) for name in shapes]
+    area: list[Change] = [*gone, (("survey", "area"), file)]
+    cast: list[Change] = [(("environment", "ctd"), file)]
+    ways: list[Change] = [(("auvs", "route"), {"kind": "waypoints", "files": [file]})]
+    track: list[Change] = [
+        (("auvs", "count"), 1),
+        (("auvs", "route"), {"kind": "track", "files": [file]}),
+    ]
+    if file.endswith((".csv", ".cnv", ".mcap")):
+        return [cast, track]
+    return [area, ways, track] if file.endswith(".gpx") else [area, ways]
+
+
+def key(name: str, text: str) -> list[Change]:
+    """Return the change of one dotted key to a value, written as in a file; of "" to its default.
+
+    Raises:
+        ValueError: when the text is no value.
+    """
+    path = path_of(name)
+    if not text.strip():
+        return [(path, REMOVED)]
+    document = read_yaml(f"value: {text}\n", name)
+    if document.mistakes or set(document.data or ()) != {"value"}:
+        raise ValueError(f"{name}: {text!r} is no value; write it as in a scenario file")
+    return [(path, document.data["value"])]

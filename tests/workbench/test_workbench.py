@@ -1,0 +1,223 @@
+"""Who may ask the workbench, and what it keeps."""
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import quote
+
+import pytest
+from websockets.exceptions import InvalidStatus
+from workbench_for_tests import SURVEY, Server, started
+
+from bindusbl_des import load_scenario
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("desk") / "cove.yaml"
+    file.write_text(SURVEY)
+    return file
+
+
+@pytest.fixture(scope="module")
+def server(survey: Path) -> Iterator[Server]:
+    with started(survey) as found:
+        yield found
+
+
+def test_the_page_and_what_it_needs_are_there(server: Server) -> None:
+    """All that it loads comes from here, and its policy lets nothing else in."""
+    status, page, heads = server.ask()
+    assert status == 200
+    assert "default-src 'none'" in heads["content-security-policy"]
+    assert heads["referrer-policy"] == "no-referrer"  # the token is in its address
+    assert b"http" not in page
+    for name in (part.partition(b'"')[0].decode() for part in page.split(b'"assets/')[1:]):
+        assert server.ask(f"assets/{name}")[0] == 200, name
+
+
+@pytest.mark.parametrize(
+    ("path", "heads"),
+    [
+        ("/", {}),
+        ("/wrong-token/", {}),
+        ("/wrong-token/talk", {}),
+        ("", {"Host": "attacker.example"}),  # a name that was bound to this address anew
+        ("", {"Host": "127.0.0.1:1"}),
+        ("", {"Origin": "http://attacker.example"}),
+        ("", {"Origin": "null"}),  # a sandboxed frame
+        ("keys", {"Origin": "http://localhost:1"}),
+    ],
+)
+def test_others_are_refused(server: Server, path: str, heads: dict[str, str]) -> None:
+    status, said, _ = server.ask(path, **heads)
+    assert status == 403
+    assert b"cove" not in said
+
+
+@pytest.mark.parametrize("origin", [None, "null", "http://attacker.example"])
+def test_windows_and_files_come_from_the_page_alone(server: Server, origin: str | None) -> None:
+    """A page elsewhere can open a socket to this host, and post to it: its origin tells."""
+    heads = {} if origin is None else {"Origin": origin}
+    assert server.ask("drop?name=a.kml", "POST", b"<kml/>", **heads)[0] == 403
+    with pytest.raises(InvalidStatus), server.window(origin=origin):
+        pass
+
+
+@pytest.mark.parametrize(
+    "path", ["assets/../server.py", "assets/%2e%2e%2fserver.py", "assets/..%5cserver.py",
+             "pages/1/..%2f..%2fjob.json", "pages/99/0", "export/1/kml", "export/99/kml"],
+)  # fmt: skip
+def test_no_other_files_are_served(server: Server, path: str) -> None:
+    assert server.ask(path)[0] == 404
+
+
+def test_it_listens_on_this_machine_alone(server: Server) -> None:
+    """Another address of the same machine reaches nothing."""
+    with pytest.raises(OSError), socket.create_connection(
+        ("127.0.0.2", int(server.host.partition(":")[2])), timeout=2
+    ):  # fmt: skip
+        pass
+
+
+@pytest.mark.parametrize("name", ["../../up.kml", "/tmp/up.kml", ".hidden.kml", "a\0b.kml"])
+def test_dropped_files_lie_beside_the_scenario(server: Server, survey: Path, name: str) -> None:
+    """Whatever they are called, under a name that nothing else has."""
+    origin = {"Origin": f"http://{server.host}"}
+    where = f"drop?name={quote(name)}"
+    kept = [json.loads(server.ask(where, "POST", raw, **origin)[1])["name"]
+            for raw in (b"<kml/>", b"<kml></kml>", b"<kml/>")]  # fmt: skip
+    assert kept[0] == kept[2] != kept[1]  # the same again is there
+    assert all((survey.parent / one).is_file() for one in kept)
+    assert not any(one.startswith(".") or "/" in one for one in kept)
+    assert server.ask("drop?name=run.sh", "POST", b"", **origin)[0] == 400
+
+
+def test_what_is_asked_in_vain_is_said(server: Server) -> None:
+    """No message of a page, however wrong, ends the window or leaves a traceback."""
+    with server.window() as window:
+        for text in ("[]", "{}", "no JSON", '{"do": "vessels"}', '{"do": "__init__"}',
+                     '{"do": "begin", "kind": "rm"}', '{"do": "stop", "job": 7}'):  # fmt: skip
+            window.socket.send(text)
+            assert window.until("said")["bad"] is True
+        window.do("begin", kind="plan", below=["position_error_m=1 --out /tmp/x"])
+        assert "NAME=VALUE" in window.until("said")["text"]
+
+
+def test_changes_are_those_of_the_file(server: Server, survey: Path) -> None:
+    """What is drawn stands in the file, comments stay, and every step can be gone back."""
+    with server.window() as window:
+        before = window.desk["text"]
+        look = window.change("vessels", stations=[[1, 2], [3.004, -4], [5, 6]])
+        assert look["chart"]["stations"] == [[1, 2], [3.0, -4], [5, 6]]
+        assert load_scenario(survey).asvs.count == 3
+        corners = [[0, 0], [100, 0], [100, 80]]
+        assert window.change("area", corners=corners)["chart"]["outline"] == corners
+        assert len(window.change("ways", points=[[[10, 10], [60, 20]]])["chart"]["ways"]) == 1
+        window.change("key", key="acoustics.hf.range_m", value="70")
+        assert window.desk["given"]["acoustics.hf.range_m"] == 70
+        text = survey.read_text()
+        assert text.startswith("# what is said of it stays")
+        assert "# a square" in text
+        for _ in range(4):
+            window.change("step", by=-1)
+        assert survey.read_text() == before
+        window.change("step", by=1)
+        assert load_scenario(survey).asvs.count == 3
+        window.change("step", by=-1)
+
+
+def test_mistakes_have_lines_and_do_no_harm(server: Server, survey: Path) -> None:
+    with server.window() as window:
+        look = window.change("text", text=SURVEY.replace("count: 2}", "cuont: 2}", 1))
+        (mistake,) = look["mistakes"]
+        assert (mistake["line"], mistake["key"]) == (5, "auvs.cuont")
+        window.do("begin", kind="simulate", seeds=1)
+        assert "mistakes" in window.until("said")["text"]
+        assert window.change("text", text=SURVEY)["mistakes"] == []
+
+
+def test_two_windows_see_the_same(server: Server, survey: Path) -> None:
+    """Who changes what another window, or an editor, has changed meanwhile is told so."""
+    with server.window() as one, server.window() as other:
+        old = other.desk["version"]
+        one.change("vessels", stations=[[9, 9]])
+        other.until("desk", version=one.desk["version"])
+        other.do("vessels", version=old, stations=[[0, 0]])
+        assert "another window" in other.until("said")["text"]
+        assert load_scenario(survey).asvs.formation.positions_m == ((9, 9),)
+        survey.write_text(SURVEY)  # by an editor
+        assert one.until("desk")["text"] == SURVEY
+
+
+def test_the_error_of_other_places_is_predicted(server: Server, survey: Path) -> None:
+    """Nothing is kept of what is tried, and what is kept is worth what was told of it."""
+    with server.window() as window:
+        near, far = [[-30, 0], [30, 0]], [[900, 0], [930, 0]]
+        errors = []
+        for number, stations in enumerate((near, far)):
+            window.do("try", id=number, stations=stations)
+            errors.append(window.until("tried", id=number)["worst"]["position_error_m"])
+        assert errors[0] < 0.5 * errors[1]
+        assert window.desk["text"] == survey.read_text() == SURVEY
+        window.change("vessels", stations=far)
+        kept = window.until("forecast", version=window.desk["version"])["found"]["worst"]
+        assert kept["position_error_m"] == pytest.approx(errors[1], rel=1e-9)
+        window.change("step", by=-1)
+
+
+def test_missions_outlive_a_kill(tmp_path: Path) -> None:
+    """A server that is killed and started again has scenario, history, and what was flown."""
+    file = tmp_path / "cove.yaml"
+    file.write_text(SURVEY)
+    with started(file) as server, server.window() as window:
+        window.change("vessels", stations=[[-20, 0], [20, 0]])
+        window.do("begin", kind="simulate", seeds=3)
+        found = window.job(1, "complete", "failed")
+        assert found["status"] == "complete", found["told"]
+        assert [row["seed"] for row in found["seeds_flown"]] != []
+        errors = [row["worst_position_error_m"] for row in found["seeds_flown"]]
+        assert errors == sorted(errors)
+        assert len(errors) == 3
+        status, page, heads = server.ask(f"pages/1/{found['seeds_flown'][0]['seed']}")
+        assert (status, b"<h1>cove</h1>" in page) == (200, True)
+        assert heads["content-security-policy"].startswith("sandbox ")
+        window.do("begin", kind="simulate", seeds=1000)
+        window.job(2, "running")
+        server.process.send_signal(signal.SIGKILL)
+        server.process.wait()
+    text = file.read_text()
+    assert "[[-20" in text
+    with started(file) as server, server.window() as window:
+        assert window.desk["text"] == text
+        assert window.desk["undo"]
+        jobs = {job["number"]: job for job in window.until("jobs")["jobs"]}
+        assert jobs[1]["status"] == "complete"
+        assert jobs[2]["status"] in ("running", "stopped", "failed")
+        window.change("step", by=-1)
+        assert window.desk["text"] == SURVEY
+        if jobs[2]["status"] == "running":  # it outlived its server
+            window.do("stop", job=2)
+        stopped = window.job(2, "stopped", "failed") if jobs[2]["status"] == "running" else jobs[2]
+        assert stopped["done"] < 1000
+
+
+def test_a_busy_port_is_said(server: Server, survey: Path) -> None:
+    port = server.host.partition(":")[2]
+    command = [sys.executable, "-m", "bindusbl_des", "workbench", str(survey), "--port", port]
+    done = subprocess.run([*command, "--no-browser"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith(f"port {port}: ")
+    assert "Traceback" not in done.stderr
+
+
+def test_a_folder_begins_with_a_scenario(tmp_path: Path) -> None:
+    """What a stranger is given first is right, and warned of by nothing."""
+    with started(tmp_path) as server, server.window() as window:
+        look = window.until("look")
+        assert (look["mistakes"], look["warnings"]) == ([], [])
+        assert load_scenario(tmp_path / "scenario.yaml").name == look["chart"]["name"]
