@@ -46,7 +46,13 @@ class Server:
     @contextmanager
     def window(self, **how: Any) -> Iterator["Window"]:
         """Open a window, as a browser does."""
-        given = {"origin": f"http://{self.host}", "proxy": None, "max_size": None, **how}
+        given = {
+            "origin": f"http://{self.host}",
+            "proxy": None,
+            "max_size": None,
+            "ping_interval": None,
+        }
+        given |= how
         with connect(f"ws://{self.host}{self.path}talk", **given) as socket:
             yield Window(socket)
 
@@ -61,7 +67,7 @@ class Window:
     def until(self, what: str, **holds: Any) -> dict[str, Any]:
         """Return the next message of a kind that holds some values."""
         while True:
-            message: dict[str, Any] = json.loads(self.socket.recv(timeout=100))
+            message: dict[str, Any] = json.loads(self.socket.recv(timeout=400))
             if message["is"] == "desk":
                 self.desk = message
             if message["is"] == what and all(message.get(k) == v for k, v in holds.items()):

@@ -31,6 +31,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ...core.scenario.keys import keys
+from ...support.compiled import watch_compiling
 from ...support.mistakes import ScenarioError
 from ...support.palette import variables
 from ...support.plain_data import path_of
@@ -134,6 +135,7 @@ class Workbench:
         self._look: Look | None = None
         self._shade: Any = "lanes"
         self._told_jobs = ""
+        self._compiled = 0
 
     async def _think(self, work: Callable[..., Answer], *given: Any) -> Answer:
         return await asyncio.get_running_loop().run_in_executor(self._looking, work, *given)
@@ -192,12 +194,20 @@ class Workbench:
             self._told_jobs = text
             await self._tell({"is": "jobs", "jobs": states}, only)
 
+    def _compiling(self, made: int, _: float) -> None:
+        self._compiled = made
+
     async def watch(self) -> None:
         """Tell, now and then, what went on without the page."""
+        watch_compiling(self._compiling)
         while True:
             await asyncio.sleep(EVERY_S)
             if not self._sockets:
                 continue
+            if self._compiled:
+                words = f"compiling the equations, once: {self._compiled} so far"
+                await self._tell({"is": "said", "text": words, "bad": False})
+                self._compiled = 0
             with suppress(OSError, ValueError):
                 if self.jobs.running or not self._told_jobs:
                     await self.tell_jobs()
@@ -521,6 +531,7 @@ def serve(file: Path, port: int, begun: Callable[[str], None]) -> None:
             app,
             ws="websockets-sansio",
             ws_max_size=LARGEST_MESSAGE,
+            ws_ping_interval=None,  # a page of this machine is there, or has closed
             log_level="warning",
             access_log=False,
             server_header=False,
