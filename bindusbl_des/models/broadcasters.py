@@ -1,4 +1,4 @@
-"""Which ASV broadcasts the fixes of a round: the broadcasters, each asked with a
+"""The broadcasters: each chooses the ASV that broadcasts fixes, from a
 :class:`..core.protocol.network.BroadcastView`.
 """
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..core.protocol.network import BroadcastView, Share
     from ..support.arrays import Floats, Ints
 
-# ASVs, or fixes, whose distances to all others are worked out at a time.
+# ASVs, or fixes, whose distances to all others are worked out at once
 BLOCK = 64
 
 
@@ -28,14 +28,14 @@ def rotate(view: BroadcastView) -> int:
 
 @BroadcasterTraits("lot", advised=5)
 def random(view: BroadcastView) -> int:
-    """Draw the ASV by lot."""
+    """Choose a random ASV."""
     able = _able(view)
     return able[int(view.random.integers(len(able)))]
 
 
 @BroadcasterTraits("hearing", advised=3)
 def most_fixes(view: BroadcastView) -> int:
-    """Take the ASV that measured most of the fixes; the first of equals.  Without any, in turn."""
+    """Choose the ASV that measured most fixes, the first among equals; without any, in turn."""
     if not len(view.heard):
         return rotate(view)
     return _largest(view, view.heard.sum(axis=0))
@@ -43,10 +43,10 @@ def most_fixes(view: BroadcastView) -> int:
 
 @BroadcasterTraits("distance", advised=1)
 def nearest(view: BroadcastView) -> int:
-    """Take the ASV with the least mean horizontal distance to the fixes; the first of equals.
+    """Choose the ASV with the least mean horizontal distance to the fixes, the first among equals.
 
-    Without any they take turns: always the same would never reach AUVs that frames tell their slots
-    and that have strayed from it.
+    Without any fix ASVs take turns: always the same one would never reach AUVs that have strayed
+    from it and whose slots frames announce.
     """
     if not len(view.fixes):
         return rotate(view)
@@ -61,24 +61,24 @@ def nearest(view: BroadcastView) -> int:
 
 
 class Fixed(Settings):
-    """The settings of the broadcaster `fixed`."""
+    """Settings of the broadcaster `fixed`."""
 
     asv: Whole = key(0, "1", "number of the ASV that always broadcasts", ge=0, le=9_999)
 
 
 @BroadcasterTraits("one", settings=Fixed)
 def fixed(view: BroadcastView, *, settings: Fixed) -> int:
-    """Always take the same ASV; while it has failed, the next by number."""
+    """Always choose the same ASV; while it has failed, the next by number."""
     return min(_able(view), key=lambda other: (other - settings.asv) % view.count)
 
 
 @BroadcasterTraits("distance", at_once=True, advised=2)
 def parallel(view: BroadcastView) -> list[list[Share]]:
-    """Let each fix go by the ASV nearest to it; ASVs broadcast at once that no AUV hears two of.
+    """Let the nearest ASV send each fix; ASVs broadcast at once if no AUV hears two of them.
 
-    Those that some AUV may hear both of have slots of their own, found as ping groups are
-    (eq. greedy_colour), the ASVs with most fixes first, so that long frames share a slot.  Without
-    any fix one sends a header, in turn.
+    ASVs that one AUV may hear both have slots of their own, chosen as ping groups are (eq.
+    greedy_colour), the ASVs with most fixes first, so that long frames share a slot.  Without any
+    fix one ASV sends a header, in turn.
     """
     import numpy as np
 
@@ -114,7 +114,7 @@ def _able(view: BroadcastView) -> Sequence[int]:
 
 
 def _largest(view: BroadcastView, values: Floats) -> int:
-    """Return the ASV that has the largest of values (m,) among those that can broadcast."""
+    """Return the ASV with the largest of values (m,) among those that can broadcast."""
     import numpy as np
 
     able = _able(view)

@@ -1,5 +1,4 @@
-"""How a range is measured: what each ranging declares; how pings come about is
-:mod:`..core.protocol.ranging`."""
+"""The rangings and their traits; :mod:`..core.protocol.ranging` makes their pings."""
 
 from ..core.scenario.families import RangingTraits
 from ..core.scenario.key_types import Real, key
@@ -7,14 +6,14 @@ from ..core.scenario.part_choice import Settings
 
 
 class TwoWaySettings(Settings):
-    """The settings of the ranging `twtt`."""
+    """Settings of the ranging `twtt`."""
 
     turnaround_s: Real = key(0.0, "s", "turnaround time of AUVs", ge=0, le=60)
 
 
 # Synchronised clocks: AUVs ping on time
 owtt_sync = RangingTraits(own_clocks=True)
-# AUVs answer calls, and both ways are measured
+# AUVs answer calls, and the round trip is measured
 twtt = RangingTraits(settings=TwoWaySettings, calls=True)
 # ASVs ping in turn, and AUVs fix themselves
 passive = RangingTraits(asvs_ping=True)

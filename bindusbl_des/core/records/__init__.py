@@ -1,1 +1,1 @@
-"""What happens in a mission, as rows: the events, their columns, and the record that holds them."""
+"""The events of a mission as rows: their classes, columns, and the record that stores them."""

@@ -1,14 +1,14 @@
-"""What can happen in a mission, in the words of its result tables.
+"""Events of a mission, in the words of its result tables.
 
 Each class is one kind of row: its fields are the columns of the table of the same name, with unit
 and meaning.  An instant is in seconds of mission time, a position in the survey frame: x north, y
-east, z down from the surface (metres).  What has not happened is ``None``.
+east, z down from the surface (metres).  A value is ``None`` if its event has not happened.
 """
 
 from dataclasses import MISSING, dataclass, field
 from typing import Any
 
-# No vehicle and no outcome: null in tables
+# Stands for no vehicle, or no outcome: null in tables
 NONE = -1
 
 # Which of a fleet's values of a metric is the worst one
@@ -24,11 +24,11 @@ def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> 
     return field(default=default, metadata={"unit": unit, "meaning": meaning, "worst": worst})
 
 
-# What becomes of a ping at an ASV, and of a fix; a buffer holds the number of the word.
+# Outcomes of receptions and fixes; a buffer stores the index of the word.
 OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
 HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
 
-# Why a signal was not decoded: beyond the range, or what else; numbers go on behind the outcomes.
+# Reasons why a signal was not decoded, beside out of range; indices go on behind the outcomes.
 REASONS = (
     *("failed", "failed_meanwhile", "unanswered", "chance", "burst"),
     *("ping", "echo", "call", "frame", "own_frame", "own_ping", "signal", "own_signal"),
@@ -40,14 +40,14 @@ BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
 BY_SIGNAL, BY_OWN_SIGNAL, BY_AUV_FRAME, BY_PACKET, BY_OWN_PACKET = range(17, 22)
 DOPPLER = 22
 
-# Columns that tell why, and those of errors that were there all the time as a ping was measured
+# Columns with reasons, and columns of systematic errors of a measurement
 TOLD_WHY = ("why", "overlapped_by", "loss_probability")
 LASTING_ERRORS = (
     *("misalignment_deg", "gnss_error_x_m", "gnss_error_y_m"),
     *("slow_range_error_m", "clock_late_s"),
 )
 
-# How angles of directions count
+# Reference and sense of angles
 NORTH, AHEAD, DOWN = "from north towards east", "from ahead towards starboard", "positive downwards"
 
 # Columns that several tables have: unit and meaning
@@ -68,7 +68,7 @@ SIZE = "B", "size of what it says"
 class Round:
     """One round: every AUV has had its turn to ping, and the fixes have been broadcast.
 
-    With passive ranging every ASV has had its turn.  With random access it is a downlink's cycle.
+    With passive ranging every ASV has had its turn; with random access it is a downlink's cycle.
     """
 
     round: int = column("1", "number of the round")
@@ -86,7 +86,7 @@ class Round:
 
 @dataclass(slots=True)
 class Ping:
-    """One ping of one AUV on the HF uplink; with calls its turn, be it that no call reached it.
+    """One ping of one AUV on the HF uplink; with calls its turn, even if no call reached it.
 
     A turn without an answer has all but a ping.  With passive ranging ASVs ping, and AUVs hear it.
     """
@@ -123,7 +123,7 @@ class Ping:
 
 @dataclass(slots=True)
 class Reception:
-    """One ping at one ASV, or with passive ranging at one AUV, whether it was decoded or not."""
+    """One ping at one ASV, or with passive ranging at one AUV, whether decoded or not."""
 
     ping: int = column("1", "number of the ping")
     auv: int = column("", "AUV that pinged (passive: at which it arrives)")
@@ -268,7 +268,7 @@ class Fix:
 
 @dataclass(slots=True)
 class Packet:
-    """One data packet of an AUV to the vessels, which it sends behind a ping (traffic)."""
+    """One data packet of an AUV to the vessels, sent behind a ping (traffic)."""
 
     packet: int = column("1", "number of the packet")
     auv: int = column("", "AUV that has made it")
@@ -390,7 +390,7 @@ class SignalReception:
 
 @dataclass(slots=True)
 class PeerRange:
-    """What one AUV has measured of another by a message of that (navigation.peers)."""
+    """One AUV's measurement of another by that one's message (navigation.peers)."""
 
     peer_range: int = column("1", "number of the measurement")
     auv: int = column("", "AUV that measured")
@@ -459,9 +459,9 @@ class GnssFix:
 
 @dataclass(slots=True)
 class Assignment:
-    """One slot of one AUV, of which a frame was to tell it; recorded as the slot begins.
+    """One slot of one AUV, which a frame should announce; recorded as the slot begins.
 
-    None where all know the schedule at once (protocol.knowledge shared).
+    There are none where all know the schedule at once (protocol.knowledge shared).
     """
 
     round: int = column("1", "round of the slot")
@@ -477,7 +477,7 @@ class Assignment:
 
 @dataclass(slots=True)
 class FrameReception:
-    """One frame of the MF downlink at one AUV, whether that decoded it or not."""
+    """One frame of the MF downlink at one AUV, whether decoded or not."""
 
     broadcast: int = column("1", "row of broadcasts, from 0")
     auv: int = column("", "AUV at which it arrives")
@@ -507,7 +507,7 @@ class FrameReception:
 
 @dataclass(slots=True)
 class TrackPoint:
-    """One vehicle at one instant: where it is and, for an AUV, where it believes to be."""
+    """One vehicle at one instant: its true pose and, for an AUV, its estimate."""
 
     time_s: float = column("s", "instant")
     vehicle: str = column("", "vehicle")

@@ -1,10 +1,9 @@
-"""What a mission came to, for each AUV and as a whole, in the words of the result tables, and
-what metrics are called in axes, menus and tables.
+"""Metrics of a mission, for each AUV and as a whole, in the words of the result tables, and their
+names for axes, menus and tables.
 
-A mission is as good as what its worst AUV got: the largest of errors, ages, intervals, latencies
-and losses, the smallest of coverage, fixes and rates (:class:`.metrics.AuvMetrics` says which).  An
-AUV that has no value, because it got no fix, is worse than any that has one.  Of several equally
-bad the first counts.
+A mission is judged by its worst AUV: the largest of errors, ages, intervals, latencies and losses,
+the smallest of coverage, fixes and rates (:class:`.metrics.AuvMetrics` says which).  An AUV without
+a value, because it got no fix, is worse than any with one.  Among equals the first counts.
 """
 
 from dataclasses import dataclass, fields
@@ -153,7 +152,7 @@ class AuvMetrics:
 
 @dataclass(slots=True)
 class Utilisation:
-    """What only the mission as a whole has.
+    """Metrics that only the mission as a whole has.
 
     Its other columns are the fleet means of AuvMetrics and, for each metric that can be bad, the
     worst AUV's value, `worst_<metric>`, with that AUV's name, `worst_<metric>_auv`.
@@ -310,7 +309,7 @@ WORST_IS_LARGEST = {
 
 
 def of_an_auv(metric: str) -> str:
-    """Return the metric of one AUV that a mission's is made of.
+    """Return the AUV metric from which a mission's metric is made.
 
     >>> of_an_auv("worst_latency_mean_s"), of_an_auv("rounds")
     ('latency_mean_s', 'rounds')
@@ -319,7 +318,7 @@ def of_an_auv(metric: str) -> str:
 
 
 def lower_is_better(metric: str) -> bool | None:
-    """Tell which way is better, None where neither is.
+    """Return whether lower values are better, None where neither is.
 
     >>> [lower_is_better(name) for name in ("worst_fix_age_max_s", "fix_rate_hz", "rounds")]
     [True, False, None]
@@ -328,7 +327,7 @@ def lower_is_better(metric: str) -> bool | None:
 
 
 def name_of(metric: str) -> str:
-    """Return what a metric of an AUV or a mission is called, without its unit.
+    """Return the name of a metric of an AUV or a mission, without its unit.
 
     >>> name_of("position_error_m"), name_of("worst_position_error_m")
     ('mean position error', "worst AUV's mean position error")
@@ -356,7 +355,7 @@ def metrics() -> dict[str, tuple[str, str]]:
 
 
 def quantity(metric: str) -> str:
-    """Return name and unit of a metric, as an axis bears them.
+    """Return name and unit of a metric, for an axis.
 
     >>> quantity("position_error_p95_m"), quantity("fix_rate_hz")
     ('position error, 95 % of the time (m)', 'fix rate (Hz)')

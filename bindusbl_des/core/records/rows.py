@@ -1,7 +1,7 @@
-"""What stands in a buffer: numpy records made from the event classes, row by row as things happen.
+"""Rows of the record: numpy records made from the event classes, filled during the mission.
 
-Numbers stand for the names of vehicles and outcomes.  What has not happened is NaN, or NONE among
-whole numbers.
+Vehicles and outcomes are numbers.  A value whose event has not happened is NaN, or NONE for
+integers.
 """
 
 import types
@@ -44,8 +44,8 @@ Row = Any  # one of them: the type checker knows no fields
 def row_type(
     event: type, further: Mapping[str, type] | None = None, without: tuple[str, ...] = ()
 ) -> np.dtype[np.void]:
-    """Return the record of an event class: a field for each of its own, then those only missions
-    need.  Fields of text hold numbers.
+    """Return the record type of an event class: a field for each of its own, then `further` ones
+    that only missions need.  Fields of text hold numbers.
 
     >>> row_type(Reception, {"answered_s": float}).names[-2:]
     ('clock_late_s', 'answered_s')
@@ -69,7 +69,7 @@ def _kind(hint: Any) -> str:
     return "f8" if hint is float else "i8"
 
 
-# What became of the call before a ping: when and by whom, its outcome, why, how long under way
+# The call before a ping: when and by which ASV, its outcome and why, its travel time (s)
 CALLED = np.dtype(
     [
         *(("called_at_s", "f8"), ("called_by", "i8")),
@@ -89,13 +89,13 @@ PING = row_type(
     },
 )
 
-# What who has heard a ping measured of it: where the array took itself to be (m), the offset from
-# there to the AUV (m) as measured; and what both err by: variances of the range, of the array's own
-# place along each axis (m2), of what turns all directions about the vertical, and of the direction
-# beside that: level, across that, and of both (rad2).  NaN in `range_m2`: it is not known apart
-# from what others measured.  Of an answer to a call the offset is as long as the whole way of both,
-# `range_m2` is the variance of that; where the caller took itself to be (m; NaN: no call),
-# how long before its ping the AUV had heard the call, and whether who has heard the answer called.
+# One array's measurement of a ping: the array's own position (m), the measured offset to the AUV
+# (m); variances of the range, of the array's position along each axis (m2), of a rotation of all
+# directions about the vertical, and of the direction beside that: horizontal, vertical, and their
+# covariance (rad2).  `range_m2` NaN: not known apart from other ASVs' measurements.  For an answer
+# to a call the offset is as long as the whole path of both, and `range_m2` its variance; then the
+# caller's own position (m; NaN: no call), how long (s) before its ping the AUV had heard the call,
+# and whether the ASV that has heard the answer is the caller (1 or 0).
 SIGHT = dict.fromkeys(
     (
         *("from_x_m", "from_y_m", "from_z_m", "ahead_x_m", "ahead_y_m", "ahead_z_m"),
@@ -105,8 +105,8 @@ SIGHT = dict.fromkeys(
     float,
 )
 
-# How fast (m/s) the ASV of a reception went as it heard, or was heard: where range rates are
-# measured; NaN where none is.
+# Velocity (m/s) of a reception's ASV as it heard, or pinged, where range rates are measured; else
+# NaN.
 OWN_WAY = dict.fromkeys(("own_x_m_per_s", "own_y_m_per_s", "own_z_m_per_s"), float)
 
 RECEPTION = row_type(
@@ -178,14 +178,14 @@ def in_words(fix: Row, receptions: Rows) -> Any:
 
 
 def fused(fix: Row, receptions: Rows) -> str:
-    """Return the ASVs of whose measurements a fix is made, of those that may be its receptions."""
+    """Return the names of the ASVs whose measurements a fix was fused from."""
     own = receptions[fix["first"] : fix["end"]]
     return " ".join(f"ASV{asv}" for asv in own["asv"][own["outcome"] == HEARD])
 
 
-# What an AUV's navigator has learnt, for its autopilot: the instant of its last correction, the
-# integrals of the heading (s) and dead reckoning (m) up to there, the velocity bias and the current
-# (m/s), stretch and turn of the way, and the bias that wanders (m/s) with its time constant.
+# A navigator's belief for the AUV's autopilot: the instant of the last correction, the integrals of
+# the heading (s) and dead reckoning (m) up to it, the velocity bias and the current (m/s), scale
+# and rotation of the path, and the wandering bias (m/s) with its time constant (s).
 LEARNT = np.dtype(
     [
         ("at_s", "f8"),
@@ -203,14 +203,14 @@ LEARNT = np.dtype(
 )
 
 
-# Rows for which a buffer has room at first; it doubles when it is full.
+# Rows of a new buffer; it doubles when it is full.
 ROOM = 2048
 
 
 class EventBuffer:
-    """Records of one kind in one array, which compiled equations write to.
+    """Records of one kind in one array, to which compiled equations write.
 
-    The array begins with the rows so far and is a new one when it has had to grow.
+    The array begins with the rows so far; when it has to grow, a new array replaces it.
     """
 
     def __init__(self, kind: np.dtype[Any]) -> None:
@@ -219,7 +219,7 @@ class EventBuffer:
         self._packed: list[tuple[Packed, str]] = []
 
     def hand_on(self, to: Packed, name: str) -> None:
-        """Keep a field of what compiled code is handed what the array is."""
+        """Renew a field of a packed tuple whenever the array is replaced."""
         self._packed.append((to, name))
 
     @property
@@ -228,7 +228,7 @@ class EventBuffer:
         return self.array[: self.count]
 
     def room_for(self, count: int) -> Rows:
-        """Return the array with room for further rows after the first `self.count`."""
+        """Return the array with space for so many further rows."""
         if self.count + count > len(self.array):
             length = len(self.array)
             while self.count + count > length:
@@ -240,25 +240,25 @@ class EventBuffer:
 
 
 class Jacobians:
-    """How fixes, row by row, depend on k errors that outlast them, where such errors are told.
+    """Jacobians of fixes, row by row, by k estimated errors that they have in common.
 
-    J along x and y, with its derivatives along x, along y and by each error behind it, and by the
-    way along x and y (m) back to where a call was heard, (n, 2, 4 k + 2); and the covariance
-    xx, yy, xy (n, 3), m2, that is due to neither.
+    `of` (n, 2, 4 k + 2): J along x and y, its derivatives along x, along y and by each error, and
+    the derivatives by the displacement along x and y (m) back to where a call was heard; `left` (n,
+    3): the remaining covariance xx, yy, xy, m2, without these errors.
     """
 
     def __init__(self, columns: int) -> None:
-        """Have J of k columns."""
+        """Take the number k of errors."""
         self.columns = columns
         self.of, self.left = np.empty((0, 2, 4 * columns + 2)), np.empty((0, 3))
         self._packed: list[Packed] = []
 
     def hand_on(self, to: Packed) -> None:
-        """Keep the fields `jacobians` and `left` of what compiled code is handed what both are."""
+        """Renew the fields `jacobians` and `left` of a packed tuple whenever both are replaced."""
         self._packed.append(to)
 
     def make_room(self, rows: int) -> None:
-        """Have room for so many rows."""
+        """Reserve space for so many rows."""
         if rows > len(self.of):
             self.of, self.left = lengthened(self.of, rows), lengthened(self.left, rows)
             for packed in self._packed:
@@ -268,10 +268,10 @@ class Jacobians:
 
 @dataclass
 class Recorder:
-    """The event rows of one mission; it is told, it never asks.
+    """The event rows of one mission.
 
-    Pings, receptions and fixes are many: they are kept as records (:mod:`.rows`).  Without
-    `everything` receptions out of range are not kept, and of frames only those destroyed.
+    Pings, receptions and fixes are many, and stored as numpy records (:mod:`.rows`).  Without
+    `everything` receptions out of range are not stored, and of frames only destroyed ones.
     """
 
     everything: bool = True

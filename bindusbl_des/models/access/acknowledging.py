@@ -1,9 +1,9 @@
-"""Pings that ASVs acknowledge, and that AUVs repeat: settings of every program, and what they do.
+"""Acknowledgements of pings by ASVs, and repetitions by AUVs: settings that every program has.
 
-An ASV that has decoded a ping says so by a signal, each in its turn behind the end of the ping, so
-that two of them never meet at the AUV; one that hears another say so before its turn keeps quiet.
-An AUV that hears none within all turns backs off, for a time drawn up to 2, 4, 8... times as long
-as a ping with these turns, and pings once more: of where it is by then.
+An ASV that has decoded a ping sends an acknowledgement, each ASV in its turn after the ping's end,
+so that two never meet at the AUV; an ASV that hears another's before its turn keeps quiet.  An AUV
+that hears none within all turns backs off, for a random time of up to 2, 4, 8... times a ping with
+these turns, and pings again, from its position by then.
 """
 
 from __future__ import annotations
@@ -43,22 +43,22 @@ class Acknowledging(Settings):
 
 
 def acknowledged_s(node: Node, settings: Acknowledging, asvs: int) -> float:
-    """Return how long (s) behind its ping an AUV waits for so many ASVs that may acknowledge it."""
+    """Return how long (s) after its ping an AUV waits for acknowledgements of so many ASVs."""
     size = settings.acknowledgement_bytes
     return 0.0 if size is None else asvs * _turn_s(node, size)
 
 
 def _turn_s(node: Node, size: int) -> float:
-    """Return how long (s) a turn is: the longest way there and back, and an acknowledgement."""
+    """Return the length (s) of a turn: the longest round trip, and an acknowledgement."""
     return node.lasts_s(size) + 2.0 * node.slots.longest_travel_time
 
 
 def is_done(
     node: Node, settings: Acknowledging, sent: simpy.Event, again: int, asvs: int | None = None
 ) -> Generator[simpy.Event, Any, bool]:
-    """Tell whether an AUV is done with what it had to send, of which this was the ping number
-    `again`, from 0: some ASV (of so many that may) has acknowledged it, or it has repeated it as
-    often as it may.  If not, it has waited for that, and backed off.
+    """Return whether an AUV need not ping again, after its ping number `again`, from 0: one of so
+    many ASVs has acknowledged it, or it has been repeated as often as allowed.  If not, wait for
+    that, and back off.
     """
     size, is_last = settings.acknowledgement_bytes, again >= settings.repeat
     if size is None and is_last:
@@ -77,8 +77,8 @@ def is_done(
 
 
 def acknowledge(node: Node, settings: Acknowledging) -> Steps:
-    """As an ASV, acknowledge each ping in its turn, unless another has by then; what it cannot in
-    its turn, it leaves.
+    """As an ASV, acknowledge each ping in its turn, unless another ASV has by then; drop an
+    acknowledgement that is late.
     """
     size = settings.acknowledgement_bytes
     assert size is not None

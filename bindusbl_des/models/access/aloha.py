@@ -1,4 +1,4 @@
-"""ALOHA: AUVs ping without asking whether anybody else does; and how often nobody else does.
+"""ALOHA: AUVs ping without listening, and the probability that a ping meets no other.
 
 Abramson, "The ALOHA system", AFIPS 1970; with slots Roberts, "ALOHA packet system with and without
 slots and capture", 1975.
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 @ScheduleTraits(access="poisson")
 def by_aloha(view: View) -> Groups:
-    """Give nobody a slot: AUVs run the program `aloha`."""
+    """Give no AUV a slot: AUVs run the program `aloha`."""
     return []
 
 
 @ScheduleTraits(access="slotted")
 def by_slotted_aloha(view: View) -> Groups:
-    """Give nobody a slot: AUVs run the program `slotted_aloha`."""
+    """Give no AUV a slot: AUVs run the program `slotted_aloha`."""
     return []
 
 
 @AccessTraits(settings=Acknowledging, law="poisson", hears=False, signals=False, on_asvs=False)
 def aloha(node: Node, *, settings: Acknowledging) -> Steps:
-    """Ping whenever there is something to send; what comes while a ping lasts is left out.
+    """Ping whenever there is something to send, unless a ping lasts still; then it is dropped.
 
     Of N AUVs whose pings last T, at mean intervals F, each ping is clear of all others' with a
     probability of (e^-a / (1 + a))^(N - 1), a = T / F: the textbook's e^(-2 G (N - 1) / N), G = N

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class CarrierSense(ScheduleSettings, Acknowledging):
-    """The settings of the program, and of the schedule, `csma`."""
+    """Settings of the program, and of the schedule, `csma`."""
 
     window: Whole = key(
         10, "1", "an AUV holds back for 0 to window - 1 slots, drawn at random", ge=1, le=1_000_000
@@ -40,13 +40,13 @@ class CarrierSense(ScheduleSettings, Acknowledging):
 
 @ScheduleTraits(settings=CarrierSense, access="sensing")
 def by_csma(view: View, *, settings: CarrierSense) -> Groups:
-    """Give nobody a slot: AUVs run the program `csma`."""
+    """Give no AUV a slot: AUVs run the program `csma`."""
     return []
 
 
 @AccessTraits(settings=CarrierSense, law="sensing", signals=False, on_asvs=False)
 def csma(node: Node, *, settings: CarrierSense) -> Steps:
-    """Ping once it is quiet, after up to `window` - 1 slots of backoff."""
+    """Ping once the band is quiet, after up to `window` - 1 slots of backoff."""
     if node.is_asv:
         yield from acknowledge(node, settings)
     length, pinged_at = backoff_slot_s(settings.slot_s, node.slots), -1.0
@@ -63,7 +63,7 @@ def csma(node: Node, *, settings: CarrierSense) -> Steps:
 
 
 def hold_back(node: Node, left_s: float) -> Steps:
-    """Wait until it has been quiet for so long (s) in all."""
+    """Wait until the band has been quiet for so long (s) in all."""
     counted_to = node.clock
     while True:
         for begins, ends in node.heard(counted_to):
@@ -75,5 +75,5 @@ def hold_back(node: Node, left_s: float) -> Steps:
 
 
 def backoff_slot_s(slot_s: float | None, slots: Slots) -> float:
-    """Return the length (s) of a backoff slot: by default a ping and its longest way."""
+    """Return the length (s) of a backoff slot: by default a ping and its longest travel time."""
     return slots.ping_duration + slots.longest_travel_time if slot_s is None else slot_s

@@ -1,12 +1,14 @@
-"""DACAP: an AUV asks an ASV for the band, and waits the longer for a warning the nearer it is.
+"""DACAP: an AUV requests the band of an ASV, and the nearer it is, the longer it waits for a
+warning.
 
 Peleato and Stojanovic, "Distance aware collision avoidance protocol for ad-hoc underwater acoustic
-sensor networks", IEEE Communications Letters 11(12), 2007.  An ASV clears who asks at once.  What
-others ask before they have heard that may still come: so that it comes before the ping, an AUV of
-which the ASV is U away waits t_min - 2 U / c from the clear to its ping, and the farther it is, the
-less.  With t_min, the shortest handshake, of twice the longest way no ping is met; a shorter one
-gains time at some risk.  An ASV that hears others meanwhile warns its AUV, which backs off, as it
-does if it hears them itself.  Who hears others asked for or cleared asks once that has passed.
+sensor networks", IEEE Communications Letters 11(12), 2007.  An ASV clears a request at once.  A
+request of another AUV that has not heard this may still arrive: so that it does before the ping, an
+AUV at a distance U from the ASV waits t_min - 2 U / c from the clear to its ping, the less the
+farther it is.  With t_min, the shortest handshake, of twice the longest travel time no ping is met;
+a shorter one saves time at some risk.  An ASV that hears another handshake meanwhile warns its AUV,
+which backs off, as it does if it hears that itself.  An AUV that hears requests or clears of others
+sends its own once these handshakes are over.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ WARNING = "warning"
 
 
 class Dacap(Macau):
-    """The settings of the program `dacap`."""
+    """Settings of the program `dacap`."""
 
     warning_bytes: Whole = key(2, "B", "size of a warning", ge=1, le=65_535)
     handshake_s: Real | None = key(
@@ -46,7 +48,7 @@ class Dacap(Macau):
 
 @AccessTraits(settings=Dacap)
 def dacap(node: Node, *, settings: Dacap) -> Steps:
-    """Ask, and ping once cleared and not warned; as an ASV, clear and warn who asks.
+    """As an AUV, request the band, and ping once cleared and not warned; as an ASV, clear and warn.
 
     An AUV backs off for up to `most_rounds` handshakes.
     """
@@ -88,7 +90,7 @@ def dacap(node: Node, *, settings: Dacap) -> Steps:
 
 
 def disturbed(node: Node, lasts_s: float) -> Generator[simpy.Event, Any, bool]:
-    """Tell whether anything is said for others, or a warning, within so long a time (s)."""
+    """Return whether an AUV hears another handshake, or a warning, within a time (s)."""
     until = node.clock + lasts_s
     while until > node.clock:
         heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
@@ -100,7 +102,7 @@ def disturbed(node: Node, lasts_s: float) -> Generator[simpy.Event, Any, bool]:
 
 
 def serve(node: Node, settings: Dacap, pinged_s: float) -> Steps:
-    """Clear who asks, one after the other; warn whom it has cleared, once, if it hears others."""
+    """Clear requests, one after the other; warn the cleared AUV, once, if others are heard."""
     taken_until, partner = 0.0, None
     while True:
         heard: HeardSignal = yield node.hears()

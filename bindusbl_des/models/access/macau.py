@@ -1,9 +1,10 @@
-"""MACA-U: an AUV asks an ASV for the band, and pings once that has cleared it.
+"""MACA-U: an AUV requests the band of an ASV, and pings once the ASV has cleared it.
 
 Ng, Soh and Motani, "MACA-U: a media access protocol for underwater acoustic networks", IEEE
-GLOBECOM 2008.  Who hears a request for another keeps quiet until its answer has passed; who hears
-another cleared, until the ping has.  An AUV that is not answered doubles the rounds by which it
-backs off, up to a limit, and asks the next ASV; an AUV that is takes up with the fewest again.
+GLOBECOM 2008.  An AUV that hears a request of another keeps quiet until its answer has passed; an
+AUV that hears another cleared, until that one's ping has.  An AUV without an answer doubles the
+rounds by which it backs off, up to a limit, and asks the next ASV; after an answer it begins with
+one round again.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ REQUEST, CLEAR = "request", "clear"
 
 
 class Macau(Acknowledging):
-    """The settings of the program `macau`."""
+    """Settings of the program `macau`."""
 
     request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
     clear_bytes: Whole = key(4, "B", "size of a clear", ge=1, le=65_535)
@@ -38,9 +39,9 @@ class Macau(Acknowledging):
 
 @AccessTraits(settings=Macau)
 def macau(node: Node, *, settings: Macau) -> Steps:
-    """Ask, and ping once cleared; as an ASV, clear who asks.
+    """As an AUV, request the band, and ping once cleared; as an ASV, clear requests.
 
-    A round is a request, its answer and the way there and back; an AUV backs off for up to
+    A round is a request, its answer and the travel time there and back; an AUV backs off for up to
     `most_rounds` of them.
     """
     way, request_bytes = node.slots.longest_travel_time, settings.request_bytes
@@ -73,7 +74,7 @@ def macau(node: Node, *, settings: Macau) -> Steps:
 
 
 def awaited(node: Node, to: str, until: float) -> Generator[simpy.Event, Any, HeardSignal | None]:
-    """Return the answer of an ASV to a request; None if it has not come by an instant (s)."""
+    """Return an ASV's answer to a request; None if it has not come by an instant (s)."""
     while until > node.clock:
         heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
         if heard is not None and (heard.kind, heard.sender, heard.to) == (CLEAR, to, node.name):
@@ -82,8 +83,8 @@ def awaited(node: Node, to: str, until: float) -> Generator[simpy.Event, Any, He
 
 
 def keep_quiet(node: Node, answered_s: float, pinged_s: float, backoff: float) -> Steps:
-    """Wait for so long (s), and until what others have asked for, as heard meanwhile, has passed:
-    so long after a request, or after a clear (s).
+    """Wait for a `backoff` (s), and for the handshakes of others heard meanwhile: `answered_s` (s)
+    after a request, `pinged_s` (s) after a clear.
     """
     until = node.clock + backoff
     while True:
@@ -96,8 +97,8 @@ def keep_quiet(node: Node, answered_s: float, pinged_s: float, backoff: float) -
 
 
 def clear(node: Node, settings: Macau, pinged_s: float) -> Steps:
-    """Clear who asks, one after the other: nobody until the ping of the one before has passed, and
-    has been acknowledged where pings are.
+    """Clear requests, the next once the ping of the one before has passed, and has been
+    acknowledged where pings are.
     """
     taken_until, partner = 0.0, None
     while True:
@@ -113,6 +114,6 @@ def clear(node: Node, settings: Macau, pinged_s: float) -> Steps:
 
 
 def acknowledge_once(node: Node, settings: Macau, heard: HeardSignal, partner: str | None) -> Steps:
-    """Acknowledge the ping of whom an ASV has cleared, where pings are."""
+    """Acknowledge the ping of the AUV that an ASV has cleared, where pings are acknowledged."""
     if settings.acknowledgement_bytes is not None and heard.sender == partner:
         yield node.send(ACKNOWLEDGEMENT, to=partner, bytes=settings.acknowledgement_bytes)

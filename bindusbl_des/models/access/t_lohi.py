@@ -1,13 +1,13 @@
-"""T-Lohi: AUVs reserve the band by tones, and count who else does.
+"""T-Lohi: AUVs reserve the band by tones, and count other contenders.
 
 Syed, Ye and Heidemann, "Comparison and evaluation of the T-Lohi MAC for underwater acoustic sensor
 networks", IEEE JSAC 26(9), 2008, without a common clock.  An AUV that has something to send sends a
-tone and listens for a contention round.  If it has heard nobody it has the band, and pings.  If it
-has, it backs off for a share of as many rounds as others contend; whom it then hears, it lets go
-first: it sleeps until that is over, and a little longer by chance.
+tone and listens for a contention round.  If it hears no other it has the band, and pings.  Else it
+backs off for a random share of as many rounds as others contend; if it then hears another, it lets
+that one go first: it sleeps until the other's turn is over, and a random time longer.
 
-A round is as long as a tone and the longest way (`aggressive`), or there and back (`conservative`):
-then no AUV that hears the other can take itself to be alone.
+A round is as long as a tone and the longest travel time (`aggressive`), or there and back
+(`conservative`): then of two AUVs that hear each other neither can believe to be alone.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TONE = "tone"
 
 
 class TLohi(Acknowledging):
-    """The settings of the program `t_lohi`."""
+    """Settings of the program `t_lohi`."""
 
     tone_s: Real = key(0.005, "s", "duration of a tone", gt=0, le=10)
     rounds: Literal["conservative", "aggressive"] = key(
@@ -63,7 +63,7 @@ def t_lohi(node: Node, *, settings: TLohi) -> Steps:
 
 
 def contend(node: Node, length: float, tone_s: float, recontend_s: float) -> Steps:
-    """Wait until a tone has met no other for a contention round of such a length (s)."""
+    """Wait until a tone has met no other for a contention round of a `length` (s)."""
     if node.busy():
         yield from sleep(node, length, recontend_s)
     while True:
@@ -80,8 +80,8 @@ def contend(node: Node, length: float, tone_s: float, recontend_s: float) -> Ste
 
 
 def sleep(node: Node, length: float, recontend_s: float) -> Steps:
-    """Wait until nothing has been heard for as long as a winner lets pass from its tone to its
-    ping, a round, and then a little longer by chance.
+    """Wait until the band has been quiet for a round, the time between a winner's tone and its
+    ping, and a random time longer.
     """
     since = node.clock
     while True:
@@ -93,8 +93,8 @@ def sleep(node: Node, length: float, recontend_s: float) -> Steps:
 
 
 def waiting(node: Node) -> Iterator[float]:
-    """Yield the instants (s) at which there is something to send; what comes while an AUV is busy
-    with what it has is left out.
+    """Yield the instants (s) at which there is something to send; instants while the AUV is busy
+    with the one before are dropped.
     """
     for packet in node.packets:
         if packet >= node.clock:

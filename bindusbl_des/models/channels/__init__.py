@@ -1,1 +1,1 @@
-"""Channels: who hears a signal, and with what chance or loss."""
+"""Channels that ship: the probability that a signal is decoded, and its strength."""

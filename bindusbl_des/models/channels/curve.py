@@ -1,4 +1,4 @@
-"""The channel `curve`: a share of signals is decoded, by a curve over range in a file."""
+"""The channel `curve`: the decoding chance follows a curve over range in a file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Curve(Lossy):
-    """The settings of the channel `curve`."""
+    """Settings of the channel `curve`."""
 
     file: Text = key(
         ...,
@@ -35,10 +35,10 @@ class Curve(Lossy):
 
 @dataclass(frozen=True)
 class CurveChannel:
-    """Signals are decoded as often as a curve of delivery ratios over slant ranges (m) says.
+    """Channel whose decoding chance is a curve of delivery ratios over slant ranges (m).
 
-    Between its points it is straight, before the first as there, and beyond the last 0.  Signals
-    drown each other up to `audible_m`, whether or not they could be decoded.
+    It is linear between points, constant before the first, and 0 beyond the last.  Signals drown
+    each other up to `audible_m`, whether or not they could be decoded.
     """
 
     ranges: Floats
@@ -47,7 +47,7 @@ class CurveChannel:
     receiver: Receiver
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal."""
+        """Return the answer about each signal."""
         import numpy as np
 
         from ...core.acoustics.propagation import PROSPECT
@@ -64,7 +64,7 @@ def curve(asking: Asking, *, settings: Curve) -> CurveChannel:
     """Return the channel of a curve in a file.
 
     Raises:
-        ValueError: naming file, line and remedy, when it is no such curve.
+        ValueError: naming file, line and remedy, when it is not such a curve.
     """
     import numpy as np
 

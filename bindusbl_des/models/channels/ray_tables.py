@@ -1,11 +1,11 @@
 """Tables of travel time and loss of sound over range and two depths, interpolated.
 
-Tables keep what bending changes: travel time beyond that of the straight way, and loss beyond
-spherical spreading.  Both are smooth, and none where ways are steep or short, so that coarse grids
-tell them finely, and places off the grid's ends (nearer than its first range, too) have sensible
-values.  At the edge of a shadow direct rays end, and reflected ones that come milliseconds later
-are the first: values of two ways are never mixed.  Tables are one's own (CSV or Parquet, from any
-ray tracer) or traced (:mod:`.table_channel`).
+Tables store the effect of bending: travel time beyond a straight ray's, and loss beyond spherical
+spreading.  Both are smooth, and vanish where rays are steep or short, so that coarse grids are
+precise, and positions beyond the grid (also nearer than its first range) have sensible values.  At
+the edge of a shadow direct rays end, and reflected ones milliseconds later are the first: values of
+two paths are never mixed.  Tables are a user's (CSV or Parquet, from any ray tracer) or traced
+(:mod:`.table_channel`).
 """
 
 from collections.abc import Sequence
@@ -25,10 +25,10 @@ from ...support.tables import of_file
 from ...support.tables import read_table as table_of_text
 from ...support.wording import described
 
-# The shortest way (m) that counts: levels of sources are those at 1 m.
+# The shortest range (m) that counts: source levels are those at 1 m.
 NEAREST_M = 1.0
 
-# Sound of less loss (dB re 1 m) would be louder than at a hundredth of a millimetre.
+# The least loss (dB re 1 m): less would be louder than at a hundredth of a millimetre.
 LEAST_LOSS_DB = -100.0
 
 
@@ -41,12 +41,12 @@ class TableAxes(NamedTuple):
 
 
 class SoundTable(NamedTuple):
-    """What rays differ in from straight ways: on a grid, the time (s) that they take longer, and
-    the loss (dB) beyond spherical spreading; arrays of ranges by depths of sources by receivers.
+    """Differences of rays from straight ones: on a grid, how much longer (s) they travel, and their
+    loss (dB) beyond spherical spreading; arrays of ranges by depths of sources by receivers.
 
-    `ways` tells by equal numbers where rays came on the same way: direct, by the bottom, or not at
-    all.  They end at the edge of a shadow, so that nothing is interpolated from one to another.
-    Absorption is not in it: that depends on the frequency.
+    `ways` has equal numbers where rays took the same path: direct, by the bottom, or none.  At the
+    edge of a shadow the number changes, and nothing is interpolated across.  Absorption is not
+    included: it depends on the frequency.
     """
 
     profile: Profile
@@ -58,24 +58,24 @@ class SoundTable(NamedTuple):
     def travel_time_s(
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
     ) -> Floats:
-        """Return how long sound travels (s) over horizontal ranges (m) between two depths (m)."""
+        """Return the travel time of sound (s) over horizontal ranges (m) between two depths (m)."""
         straight = straight_time_s(self.profile, range_m, source_depth_m, receiver_depth_m)
         return straight + self.excess_time_s(range_m, source_depth_m, receiver_depth_m)
 
     def excess_time_s(
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
     ) -> Floats:
-        """Return how much longer (s) that is than on the straight way: below 0 for direct rays,
-        above for echoes, which come first in a shadow.
+        """Return how much longer (s) that is than on a straight ray: below 0 for direct rays, above
+        for reflected ones, which are the first in a shadow.
         """
         return self._between(self.longer_s, range_m, source_depth_m, receiver_depth_m)
 
     def loss_db(
         self, range_m: ArrayLike, source_depth_m: ArrayLike, receiver_depth_m: ArrayLike
     ) -> Floats:
-        """Return what spreading takes (dB re 1 m) over horizontal ranges (m) between depths (m).
+        """Return the spreading loss (dB re 1 m) over horizontal ranges (m) between depths (m).
 
-        Absorption comes on top, over :func:`slant_range_m`.
+        Absorption is added, over :func:`slant_range_m`.
         """
         slant = slant_range_m(range_m, source_depth_m, receiver_depth_m)
         spherical = 20.0 * np.log10(np.maximum(slant, NEAREST_M))
@@ -100,7 +100,7 @@ def straight_time_s(
     source_depth_m: ArrayLike,
     receiver_depth_m: ArrayLike,
 ) -> Floats:
-    """Return how long (s) sound would travel on the straight way between two depths (m)."""
+    """Return the travel time (s) of sound on a straight ray between two depths (m)."""
     above, below = (np.asarray(depth, dtype=float) for depth in (source_depth_m, receiver_depth_m))
     apart = below - above
     passed = cumulated_slowness(profile, below) - cumulated_slowness(profile, above)
@@ -120,8 +120,8 @@ def interpolated(
 ) -> Floats:
     """Return values on a grid interpolated linearly along each axis; constant beyond its ends.
 
-    Of the corners of a cell only those count to which sound came on one way (equal numbers of
-    `ways`), the one that is the nearest: of most weight.
+    Of the corners of a cell only those of one path (equal numbers of `ways`) count, the path with
+    the largest weight.
     """
     asked = np.broadcast_arrays(range_m, source_depth_m, receiver_depth_m)
     cells = [
@@ -150,7 +150,7 @@ def interpolated(
 
 
 class _Cell(NamedTuple):
-    """Between which places of an axis values lie, and how far up from the lower one (0 to 1)."""
+    """The indices of an axis between which values lie, and the share of the way up (0 to 1)."""
 
     below: NDArray[np.intp]
     above: NDArray[np.intp]
@@ -174,9 +174,9 @@ def read_table(path: str | Path, profile: Profile) -> SoundTable:
     """Return a table of sound from a file, CSV or Parquet (by its ending, .parquet).
 
     It has the columns range_m (horizontal), source_depth_m, receiver_depth_m, travel_time_s and
-    loss_db (of spreading and bending, without absorption, re 1 m), a row for each place of a full
-    grid, in any order.  Between its places what differs from straight ways in the profile's water
-    is interpolated.
+    loss_db (of spreading and bending, without absorption, re 1 m), a row for each point of a full
+    grid, in any order.  Differences from straight rays in the profile's water are interpolated
+    between points.
 
     Raises:
         ValueError: naming file and remedy, when the file is not such a table.
@@ -263,7 +263,7 @@ def _number(cell: object) -> float:
 
 
 def _check_times(path: str | Path, taken: Floats, straight: Floats) -> None:
-    """Refuse times that are not those of this water: another unit, or another sea."""
+    """Refuse travel times that do not fit this water: of another unit, or another sea."""
     off = np.abs(taken - straight)
     worst = np.unravel_index(int(np.argmax(off - 0.1 * straight)), off.shape)
     if off[worst] > 0.1 * straight[worst] + 1e-3:

@@ -1,4 +1,4 @@
-"""The channel `series`: signals of each link are decoded as was measured of it over time."""
+"""The channel `series`: the decoding chance, or level, of each link as measured over time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Series(Lossy):
-    """The settings of the channel `series`: what was measured of each link over time."""
+    """Settings of the channel `series`: a file of measurements of each link over time."""
 
     file: Text = key(
         ...,
@@ -43,12 +43,11 @@ class Series(Lossy):
 
 @dataclass(frozen=True)
 class SeriesChannel:
-    """Signals of each link are decoded as was measured of it: the last value holds until the next,
-    the first before it too.
+    """Channel by measurements of each link: a value holds until the next, the first also before.
 
-    A link of which the file has one direction alone holds both ways; one that it does not have
-    hears nothing.  `links` have instants and values of (sender, listener), by AUVs' numbers from 0
-    on and ASVs' from -1 down.  Levels are those of a receiver with a threshold.
+    A link with one direction in the file has it both ways; a link without any hears nothing.
+    `links` have instants and values of (sender, listener), AUVs by their numbers from 0, ASVs from
+    -1 downwards.  Levels are for a receiver with a threshold.
     """
 
     links: Mapping[tuple[int, int], tuple[Floats, Floats]]
@@ -57,10 +56,10 @@ class SeriesChannel:
     audible_m: float | None = None
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal between vehicles that are named.
+        """Return the answer about each signal between numbered vehicles.
 
         Raises:
-            ValueError: when nobody says which vehicles they are.
+            ValueError: when the vehicles have no numbers.
         """
         import numpy as np
 
@@ -91,7 +90,7 @@ class SeriesChannel:
         return out
 
     def _at(self, time: float, sender: int, listener: int) -> float:
-        """Return what held of a link at an instant (s); NaN of one that nobody measured."""
+        """Return a link's value at an instant (s); NaN if it was not measured."""
         link = self.links.get((sender, listener)) or self.links.get((listener, sender))
         if link is None:
             return math.nan
@@ -99,8 +98,8 @@ class SeriesChannel:
 
 
 def normal_chance(margin_db: Floats, sd: float) -> Floats:
-    """Return how likely a level above its threshold by so much (dB) stays so if it varies by `sd`
-    (dB).
+    """Return the probability that a level with a margin (dB) above its threshold stays above it,
+    with a standard deviation `sd` (dB).
 
     >>> import numpy as np
     >>> normal_chance(np.array([-1.0, 0.0, 3.0]), 0.0), normal_chance(np.array([3.0]), 3.0).round(4)
@@ -117,11 +116,11 @@ def normal_chance(margin_db: Floats, sd: float) -> Floats:
 
 @ChannelTraits(settings=Series, frame_settings=Series, reach_of_its_own=True, by_link=True)
 def series(asking: Asking, *, settings: Series) -> SeriesChannel:
-    """Return the channel of what was measured of links in a file.
+    """Return the channel of measured links in a file.
 
     Raises:
-        ValueError: naming file, line and remedy, when it is none, or names a vehicle that there is
-            not.
+        ValueError: naming file, line and remedy, when it is not such a file, or names an unknown
+            vehicle.
     """
     import numpy as np
 

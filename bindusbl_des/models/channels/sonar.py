@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @ChannelTraits(settings=PingSonar, frame_settings=Sonar, has_levels=True, has_echoes=True)
 def sonar(asking: Asking, *, settings: Sonar) -> AskedChannel:
-    """Return the channel of a band's sound, with echoes where a ping has some."""
+    """Return the channel of a band's sonar, with echoes where pings have them."""
     from ...core.acoustics.sonar_channel import echoing_sonar, sonar_channel
     from ...core.acoustics.sonar_equation import link_budget
 

@@ -1,4 +1,4 @@
-"""The channel `table`: sound goes along bent rays; its equations are :mod:`.table_channel`."""
+"""The channel `table`: sound takes bent rays; its equations are :mod:`.table_channel`."""
 
 from __future__ import annotations
 

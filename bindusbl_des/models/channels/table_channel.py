@@ -1,4 +1,4 @@
-"""The channel `table`: sound traced by BELLHOP, kept on disk under the hash of what it was made of.
+"""The channel `table`: sound traced by BELLHOP, cached on disk under the hash of its inputs.
 
 The tracer comes with the package pelagic (GPL-3.0-or-later), an extra that is imported only where a
 table is asked for.
@@ -36,31 +36,31 @@ MISSING = "tables of sound are traced by pelagic (GPL): pip install 'bindusbl-de
 # they meet receivers 1 km away within 0.5 m.
 STEEPEST_DEG, RAYS = 89.0, 7121
 
-# Arrivals within this time (s) and phase are one: BELLHOP tells of each ray beside the way.
+# Arrivals within this time (s) are one: BELLHOP lists each ray beside a path.
 ONE_ARRIVAL_S = 2e-6
 
-# Ways are told apart by how often they met the surface, and MANY times how often the bottom.
+# Number of a path: its surface reflections, plus MANY times its bottom reflections
 MANY, NO_WAY = 1000, -1
 
-# What of a table is kept on disk
+# Fields of a table that are cached on disk
 KEPT = ("longer_s", "beyond_db", "ways")
 
-# What no ray reaches loses this (dB) beyond spherical spreading.
+# Loss (dB) beyond spherical spreading where no ray arrives
 SILENT_DB = 200.0
 
 # The bottom is sand: speed of sound (m/s) and density (g/cm3).
 SAND = 1650.0, 1.9
 
-# BELLHOP bends nothing by frequency, and absorption is none of its here: any will do.
+# Any frequency will do: BELLHOP's rays do not depend on it, and absorption is added elsewhere.
 FREQUENCY_HZ = 25e3
 
 
 def traced(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable:
     """Return the table of a sea with a profile of sound speed and a flat bottom (m).
 
-    Each pair of places has the travel time of the ray that arrives first, and the loss of its
-    kind: of rays that meet neither surface nor bottom, or where none of these arrives (a shadow),
-    of the first that is reflected.
+    Each pair of positions has the travel time of the ray that arrives first, and the loss of its
+    kind: of rays without reflections, or if none of these arrives (a shadow), of the kind of the
+    first reflected one.
 
     Raises:
         ImportError: without pelagic, with what to do.
@@ -79,7 +79,7 @@ def traced(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable:
 
 
 def case_of(profile: Profile, grid: TableAxes, bottom_m: float) -> dict[str, Any]:
-    """Return what BELLHOP is asked: pelagic's JSON case, version 2."""
+    """Return the input of BELLHOP: pelagic's JSON case, version 2."""
     depths = np.unique(np.concatenate(([0.0, bottom_m], profile.depths_m)))
     depths = depths[depths <= bottom_m]
     speeds = profile.at(depths)
@@ -126,8 +126,8 @@ def _check(grid: TableAxes, bottom_m: float) -> None:
 
 
 def _first(arrivals: Any, grid: TableAxes) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives; and the ways:
-    what they met of the surface, and MANY times what of the bottom (NO_WAY: nothing arrives).
+    """Return travel times (s) and losses (dB) on a grid, NaN where nothing arrives; and the path's
+    number: surface reflections plus MANY times bottom reflections (NO_WAY: nothing arrives).
     """
     shape = tuple(len(axis) for axis in grid)
     taken, loss, ways = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, NO_WAY)
@@ -155,9 +155,9 @@ def _first(arrivals: Any, grid: TableAxes) -> tuple[Floats, Floats, NDArray[np.i
 
 
 def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
-    """Return the first time (s), and the loss (dB) of the powers of all that arrive.
+    """Return the first travel time (s), and the loss (dB) by the summed power of all arrivals.
 
-    Rays on both sides of one way share its amplitude: these add up.
+    Rays on both sides of one path share its amplitude: these amplitudes add up.
     """
     order = np.argsort(times)
     times, amplitudes = times[order], np.abs(amplitudes[order])
@@ -166,15 +166,15 @@ def _of_one_kind(times: Floats, amplitudes: Floats) -> tuple[float, float]:
     return float(times[0]), -10.0 * float(np.log10(power)) if power > 0.0 else np.inf
 
 
-# What tables mean: another number makes all that were kept be traced anew.
+# Version of cached tables: another number has all traced again.
 FORM = 2
 
 
 def kept_table(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable:
-    """Return the table that :func:`traced` makes, from disk if it was made before.
+    """Return the table of :func:`traced`, from the cache if possible.
 
-    What cannot be kept is traced each time; what was damaged on disk is traced anew.  Errors are
-    those of :func:`traced`.
+    A table that cannot be cached is traced each time, a damaged one again.  Errors are those of
+    :func:`traced`.
     """
     path = cache_folder() / f"{_made_of(profile, grid, bottom_m)}.npz"
     with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
@@ -191,7 +191,7 @@ def kept_table(profile: Profile, grid: TableAxes, bottom_m: float) -> SoundTable
 
 
 def cache_folder() -> Path:
-    """Return the folder of the user's cache in which tables are kept."""
+    """Return the folder of the user's cache for tables."""
     if os.name == "nt":
         base = os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local"
     elif sys.platform == "darwin":
@@ -213,7 +213,7 @@ def _made_of(profile: Profile, grid: TableAxes, bottom_m: float) -> str:
 # The channel `table`: a sonar whose sound goes along bent rays.
 
 
-# Ranges (m) that are traced: nearer rays are straight, farther ones lose as the last.
+# Ranges (m) that are traced: nearer rays are straight, farther ones have the last one's values.
 NEAREST_M, LEAST_M, FARTHEST_M, RANGES = 5.0, 100.0, 5000.0, 40
 
 # ASVs' transducers are traced at this depth (m), AUVs' from it to as much above the bottom, in
@@ -223,9 +223,9 @@ SHALLOWEST_M, STEP_M, MOST_DEPTHS = 0.5, 2.0, 60
 
 @dataclass(frozen=True)
 class TableChannel:
-    """A sonar that asks a table what spreading takes, between true places.
+    """A sonar whose travel time and spreading loss are a table's, between true positions.
 
-    `sound_speed` (m/s) is that of straight ways, by which signals arrive in the water.
+    `sound_speed` (m/s) is that of straight rays, by which signals arrive in the water.
     """
 
     hears: Listener
@@ -235,33 +235,33 @@ class TableChannel:
 
     @property
     def receiver(self) -> Receiver:
-        """What decides at its receivers."""
+        """How its receivers tell signals from others."""
         return self.hears.receiver(self.budget.noise_db)
 
     @cached_property
     def audible_m(self) -> float:
-        """How far (m) signals may drown others: rays that are focused carry farther."""
+        """How far (m) signals may drown others: focused rays carry farther."""
         focused = min(float(self.table.beyond_db.min()), 0.0)
         return reach_m(self.budget, self.hears.faintest_db + focused)
 
     @property
     def source_level_db(self) -> float:
-        """The level (dB re 1 uPa at 1 m) of what is sent."""
+        """The source level (dB re 1 uPa at 1 m)."""
         return self.budget.source_level_db
 
     def at_level(self, level_db: float) -> "TableChannel":
-        """Return the channel of signals that are sent at another level (dB)."""
+        """Return the channel of signals with another source level (dB)."""
         return replace(self, budget=replace(self.budget, source_level_db=level_db))
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal, and when it is there."""
+        """Return the answer about each signal."""
         found = self.hears.prospects_at(self.snr_db(signals))
         found["late_s"] = self.late_s(signals)
         return found
 
     def late_s(self, signals: Signals) -> Floats:
-        """Return how much later (s) each signal is there by the table than at the mean speed
-        straight on (n, m); below 0: sooner.
+        """Return how much later (s) each signal arrives by the table than on a straight ray at the
+        mean speed (n, m); below 0: sooner.
         """
         places = _ends(signals)
         straight = slant_range_m(*places) / self.sound_speed
@@ -276,7 +276,7 @@ class TableChannel:
 
 
 def _ends(signals: Signals) -> tuple[Floats, Floats, Floats]:
-    """Return how far apart (m) both ends of signals are, level, and how deep: ASVs', AUVs'."""
+    """Return the horizontal ranges (m) of signals, and the depths (m) of ASVs and AUVs."""
     apart = signals.auvs[:, None, :2] - signals.asvs[:, :2]
     return np.hypot(apart[..., 0], apart[..., 1]), signals.asvs[:, 2], signals.auvs[:, None, 2]
 
@@ -286,10 +286,10 @@ def table_channel(
 ) -> TableChannel:
     """Return the channel of a band on which messages of one kind are sent.
 
-    Where no threshold of SNR is given it is that of a straight way over the band's range.
+    If no SNR threshold is given, it is that of a straight ray over the band's range.
 
     Raises:
-        ValueError: when a file is no table, naming it.
+        ValueError: when a file is not a table, naming it.
         ImportError: without pelagic, where rays are to be traced.
     """
     budget = link_budget(settings, site.water)
@@ -303,7 +303,7 @@ def table_channel(
 
 
 def grid_to(reach: float, bottom_m: float) -> TableAxes:
-    """Return the places that are traced for signals that reach so far (m), to a bottom (m)."""
+    """Return the grid that is traced for signals with a reach (m), to a bottom (m)."""
     farthest = min(max(reach, LEAST_M), FARTHEST_M)
     count = min(MOST_DEPTHS, int(np.ceil(bottom_m / STEP_M)) + 1)
     return TableAxes(

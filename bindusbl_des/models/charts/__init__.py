@@ -1,1 +1,3 @@
-"""Files of places on Earth, read and never believed: GeoJSON, KML, GPX, CSV and MCAP."""
+"""Readers of files with positions on Earth, all of them checked: GeoJSON, KML, GPX, CSV, MCAP,
+grids.
+"""

@@ -1,4 +1,4 @@
-"""Shapes of charts, whatever their format: the area of a survey, and the ways of vehicles."""
+"""Shapes of charts in any format: the area of a survey, and the routes of vehicles."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -55,7 +55,7 @@ Placing = Callable[[float, float, str], Degrees]
 
 
 def _placing(named: str, crs: str, path: str) -> Placing:
-    """Return what makes degrees of positions in the system that a file names, or else in `crs`."""
+    """Return the conversion to degrees from the system that a file names, or else from `crs`."""
     if named and crs:
         raise BadChart(f"{path}: names {shortened(named)} itself; remove crs: {shortened(crs)}")
     if (named or crs or WGS84[0]).endswith(WGS84):
@@ -75,7 +75,7 @@ def _from_grid(grid: InDegrees, x: float, y: float, place: str) -> Degrees:
 
 
 def _crs(data: Any) -> str:
-    """Return the name of the system that a file's positions are in; "" where it names none."""
+    """Return the name of the reference system of a file's positions; "" if it names none."""
     crs = data.get("crs") if isinstance(data, dict) else None
     properties = crs.get("properties") if isinstance(crs, dict) else None
     name = properties.get("name") if isinstance(properties, dict) else None
@@ -83,7 +83,7 @@ def _crs(data: Any) -> str:
 
 
 def _geometries(data: Any, place: str, name: str = "") -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield each geometry with what a message calls it, and its name."""
+    """Yield each geometry with its place for messages, and its name."""
     kind = data.get("type") if isinstance(data, dict) else None
     if kind == "FeatureCollection":
         for number, feature in enumerate(_listed(data, "features", place)):
@@ -231,11 +231,11 @@ def _counted(shapes: list[Shape]) -> str:
 
 @of_file(64)
 def read_area(path: str, crs: str = "", name: str = "") -> tuple[Degrees, ...]:
-    """Return the corners, latitude and longitude (deg), of the only polygon in a chart, or of that
-    of a `name`; one without a name has its number from 0 for one.
+    """Return the corners, latitude and longitude (deg), of the only polygon in a chart, or of the
+    one with a `name`; a polygon without a name has its number from 0 instead.
 
-    Where there is none it is the only line that ends where it begins.  Points and other lines are
-    no area and do not count.
+    Without any polygon it is the only line that ends where it begins.  Points and other lines do
+    not count.
 
     Raises:
         BadChart: naming file, place in it and remedy.
@@ -270,7 +270,7 @@ def _chosen(path: str, areas: list[Shape], name: str) -> Shape:
 
 
 class DrawnRoute(NamedTuple):
-    """A line of a chart that is a way: its name, and its points, latitude and longitude (deg)."""
+    """A line of a chart that is a route: its name, and its points, latitude and longitude (deg)."""
 
     name: str
     points: tuple[Degrees, ...]
@@ -278,8 +278,8 @@ class DrawnRoute(NamedTuple):
 
 @of_file(64)
 def read_routes(path: str, crs: str = "") -> tuple[DrawnRoute, ...]:
-    """Return the lines of a chart as ways, in its order: routes (rte) of GPX, LineStrings of KML
-    and GeoJSON, missions of QGroundControl; points that follow one another at one place are one.
+    """Return the lines of a chart as routes, in its order: routes (rte) of GPX, LineStrings of KML
+    and GeoJSON, missions of QGroundControl; consecutive points at one position are merged.
 
     Raises:
         BadChart: naming file, place in it and remedy; when there are none.
@@ -297,7 +297,7 @@ def read_routes(path: str, crs: str = "") -> tuple[DrawnRoute, ...]:
 
 
 def named_route(routes: Sequence[DrawnRoute], name: str) -> DrawnRoute:
-    """Return the route of a name.
+    """Return the route with a name.
 
     Raises:
         BadChart: when there is none, or several; naming those that there are.
@@ -312,7 +312,7 @@ def named_route(routes: Sequence[DrawnRoute], name: str) -> DrawnRoute:
 
 
 def _joined(areas: list[Shape]) -> list[Shape]:
-    """Return polygons, the parts of one that was cut at 180 degrees (RFC 7946, 3.1.9) as one."""
+    """Return polygons, the parts of one that was cut at 180 degrees (RFC 7946, 3.1.9) joined."""
     cut = [
         area
         for area in areas

@@ -1,4 +1,4 @@
-"""Charts as offices have them, in whichever grid: shapefile, GeoPackage, DXF, by GDAL (pyogrio)."""
+"""Charts in any grid: shapefile, GeoPackage, DXF, by GDAL (pyogrio)."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -75,7 +75,7 @@ Placing = Callable[[Any, str], tuple[Degrees, ...]]
 
 
 def _placing(path: str, named: str, crs: str) -> Placing:
-    """Return what makes latitudes and longitudes (deg) of the coordinates of a file."""
+    """Return the conversion of a file's coordinates to latitudes and longitudes (deg)."""
     if named and crs:
         raise BadChart(f"{path}: names {shortened(named)} itself; remove crs: {shortened(crs)}")
     if not named and not crs:
@@ -98,7 +98,7 @@ def _placing(path: str, named: str, crs: str) -> Placing:
 
 
 def _names(columns: Any, fields: Any) -> Callable[[int], str]:
-    """Return what tells the name of a feature by its number; "" where no column has it."""
+    """Return a function from a feature's number to its name; "" where no column has it."""
     known = [str(column).lower() for column in columns]
     column = next((known.index(name) for name in NAMES if name in known), None)
 

@@ -1,4 +1,4 @@
-"""Positions as offices write them: in degrees and minutes, and in grids by their EPSG codes.
+"""Positions as texts: in degrees and minutes, and in grids by their EPSG codes.
 
 Nothing here needs numpy, and pyproj only a grid.
 """

@@ -29,14 +29,14 @@ Reading = Callable[[], Sample]
 
 
 def read_csv(path: str) -> Iterator[tuple[str, Reading]]:
-    """Yield how to read the samples of a CSV file, each with the vehicle that a column `vehicle`
-    names.
+    """Yield functions that read the samples of a CSV file, each with the vehicle in a column
+    `vehicle`.
 
-    Columns may stand in any order, and others beside them; where there are metres, degrees do not
-    count.  The table `tracks` of an export is such a file.
+    Columns may be in any order, beside others; if there are metres, degrees do not count.  The
+    table `tracks` of an export is such a file.
 
     Raises:
-        BadChart: naming file, line and remedy; so does each that is read.
+        BadChart: naming file, line and remedy; so do the functions.
     """
     table = read_table(path, BadChart)
     columns, in_degrees = _columns(path, table.names)
@@ -45,7 +45,7 @@ def read_csv(path: str) -> Iterator[tuple[str, Reading]]:
 
 
 def _columns(path: str, header: Sequence[str]) -> tuple[list[str], bool]:
-    """Return the columns of time, place and depth, and whether places are in degrees."""
+    """Return the columns of time, position and depth, and whether positions are in degrees."""
     depth = next((name for name in DEPTHS if name in header), DEPTHS[0])
     metres, degrees = [TIME, *METRES, depth], [TIME, *DEGREES, depth]
     in_degrees = any(name in header for name in DEGREES) and not all(
@@ -90,11 +90,11 @@ ROW = ("time_s", "x_m", "y_m", "z_m")
 
 
 def read_mcap(path: str) -> Iterator[tuple[str, Reading]]:
-    """Yield how to read the samples of an MCAP file, each with the topic that it is on.
+    """Yield functions that read the samples of an MCAP file, each with its topic.
 
-    Read are topics of the schema foxglove.LocationFix (as protobuf or JSON; their heights are above
-    the ellipsoid), and JSON messages with time_s, x_m, y_m and z_m, such as the topics
-    `/AUV0/tracks` of an export.  What else is in the file is passed over.
+    Topics of the schema foxglove.LocationFix are read (as protobuf or JSON; heights are above the
+    ellipsoid), and JSON messages with time_s, x_m, y_m and z_m, such as the topics `/AUV0/tracks`
+    of an export.  Other topics are ignored.
 
     Raises:
         BadChart: naming file, message and remedy, or the packages that are missing.
@@ -107,8 +107,8 @@ def read_mcap(path: str) -> Iterator[tuple[str, Reading]]:
 
 
 class McapMessage(NamedTuple):
-    """A message: which it is (file and number on its topic), its topic, the name of its schema, its
-    log time (s), and its content, or what is wrong with that.
+    """A message: its place (file and number on its topic), its topic, the name of its schema, its
+    log time (s), and its content, or the error in that.
     """
 
     where: str
@@ -158,7 +158,7 @@ def _json(data: bytes) -> Any:
 
 
 def _location(logged: McapMessage) -> Sample:
-    """Return a position on Earth at its own time, or else that of the log."""
+    """Return a position on Earth at its own time, or if it has none at that of the log."""
     where, message, at = logged.where, logged.content, logged.at
     if isinstance(message, ValueError):
         raise BadChart(f"{where}: is no JSON: {message}")
@@ -202,7 +202,7 @@ def _row(where: str, message: Mapping[str, Any]) -> Sample:
 
 
 def _number(value: object) -> float | None:
-    """Return a number as one that is computed with; None for anything else."""
+    """Return a number as float; None for anything else."""
     if not isinstance(value, int | float) or isinstance(value, bool):
         return None
     try:
@@ -219,17 +219,17 @@ READERS: Mapping[str, Callable[[str], Iterator[tuple[str, Reading]]]] = {
     ".gpx": read_gpx,
     ".mcap": read_mcap,
 }
-# Of the tracks in a file so many are named.
+# Most tracks of a file that a message names
 MOST_NAMED = 8
 
 
 class RecordedTrack(NamedTuple):
     """A recorded track of n samples.
 
-    `times` (n,), s, by whatever clock, rise strictly; `places` (n, 2) are x and y (m) or, if
-    `in_degrees`, latitude and longitude; `depths` (n,), m, are nan where the file says none, and
+    `times` (n,), s, by any clock, rise strictly; `places` (n, 2) are x and y (m) or, if
+    `in_degrees`, latitude and longitude; `depths` (n,), m, are nan where the file has none, and
     below the ellipsoid, not the sea, if `below_ellipsoid`.  `where` (n,) names the place of each
-    sample in the file; `left_out` is what is to be said of samples that do not count.
+    sample in the file; `left_out` are messages about samples that were left out.
     """
 
     times: Floats
@@ -242,7 +242,7 @@ class RecordedTrack(NamedTuple):
 
     @property
     def lacks_depths(self) -> bool:
-        """Whether the file does not say how deep some of it is."""
+        """Whether the file lacks depths for some samples."""
         return bool(np.isnan(self.depths).any())
 
 
@@ -260,7 +260,7 @@ def read_recording(path: str, which: str = "") -> RecordedTrack:
 
 
 def check_tracks(path: str) -> None:
-    """Refuse a file in which there can be no track, whichever of them is meant.
+    """Refuse a file in which there can be no track.
 
     Raises:
         BadChart: naming file, place in it and remedy.
@@ -270,12 +270,12 @@ def check_tracks(path: str) -> None:
         _recording(path, _chosen(path, tracks, ""))
 
 
-# The samples of a track, and what is to be said of those that do not count
+# The samples of a track, and messages about samples that were left out
 Samples = tuple[list[Sample], tuple[str, ...]]
 
 
 def _tracks(path: str) -> dict[str, Samples]:
-    """Return the tracks of a file by name, those of which nothing can be read left out.
+    """Return the tracks of a file by name, without those of which nothing can be read.
 
     Raises:
         BadChart: when none can be read.
@@ -336,7 +336,7 @@ def _recording(path: str, track: Samples) -> RecordedTrack:
 
 
 def _fixed(samples: list[Sample]) -> tuple[list[Sample], tuple[str, ...]]:
-    """Return samples of receivers that had a fix: without one they say latitude 0, longitude 0."""
+    """Return the samples of receivers that had a fix: without one they write position 0, 0."""
     if not samples or not samples[0].in_degrees:
         return samples, ()
     away = sum(max(map(abs, sample.place)) > 1.0 for sample in samples)

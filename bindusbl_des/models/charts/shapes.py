@@ -1,4 +1,4 @@
-"""What is read from charts: shapes on Earth, and samples of tracks."""
+"""Results of reading charts: shapes on Earth, and samples of tracks."""
 
 import math
 from datetime import UTC, datetime
@@ -12,7 +12,7 @@ from ...support.tables import Unmeasured
 
 Degrees = tuple[float, float]
 
-# No survey is longer (deg of latitude, some 1,000 km); a chart in metres seems to be.
+# Longest survey (deg of latitude, some 1,000 km); a chart in metres seems to be longer.
 LONGEST_DEG = 9.0
 
 
@@ -21,7 +21,7 @@ class BadChart(ValueError):
 
 
 class NoPlace(BadChart, Unmeasured):
-    """A row of a file of places that tells none."""
+    """A row of a file of positions that has none."""
 
 
 class Shape(NamedTuple):
@@ -39,13 +39,13 @@ class Shape(NamedTuple):
 
 
 def position(lat: float, lon: float, place: str, order: str) -> Degrees:
-    """Return latitude and longitude (deg) as they were read at a place of a file.
+    """Return latitude and longitude (deg) as read at a place of a file.
 
-    `order` says how the format writes them, such as "[longitude, latitude]".  Longitudes that count
-    to 360, or go on beyond 180, are brought into -180 to 180.
+    `order` is the format's order, such as "[longitude, latitude]". Longitudes that count to 360, or
+    go on beyond 180, are brought into -180 to 180.
 
     Raises:
-        BadChart: when they are none; it says what they seem to be instead.
+        BadChart: when they are no degrees; it says what they seem to be instead.
     """
     if not (math.isfinite(lat) and math.isfinite(lon)):
         raise BadChart(f"{place}: {lat:g}, {lon:g} is no position; give finite numbers")
@@ -66,7 +66,7 @@ def position(lat: float, lon: float, place: str, order: str) -> Degrees:
 
 
 def checked(shape: Shape) -> Shape:
-    """Return a shape as it is, unless it is longer than any survey, or a line of one position.
+    """Return a shape, unless it is longer than any survey, or a line of one position.
 
     Raises:
         BadChart: as :func:`position`.
@@ -86,13 +86,13 @@ def checked(shape: Shape) -> Shape:
     return shape
 
 
-# A line whose ends are this near each other, as a share of its length, goes around an area: drawn
-# or driven by hand, its last point is seldom the first.
+# A line whose ends are within this share of its length encloses an area: drawn or driven by hand,
+# its last point is seldom exactly the first.
 CLOSED = 0.02
 
 
 def around(line: Shape) -> Shape | None:
-    """Return the area that a line goes around; None of a line whose ends do not meet."""
+    """Return the area that a line encloses; None if its ends do not meet."""
     corners = line.corners
     if len(corners) < 4:
         return None
@@ -104,8 +104,8 @@ def around(line: Shape) -> Shape | None:
 
 
 def _apart(one: Degrees, other: Degrees) -> float:
-    """Return how far apart two places are (deg of latitude), for comparing."""
-    east = math.remainder(other[1] - one[1], 360.0)  # the shorter way, across 180 deg as well
+    """Return the distance of two positions (deg of latitude), for comparisons."""
+    east = math.remainder(other[1] - one[1], 360.0)  # the shorter arc, across 180 deg as well
     return math.hypot(other[0] - one[0], east * math.cos(math.radians(one[0])))
 
 
@@ -131,8 +131,8 @@ def ring(corners: list[Degrees], place: str) -> tuple[Degrees, ...]:
 class Sample(NamedTuple):
     """A sample: its line, time (s), x and y (m) or latitude and longitude (deg), and depth (m).
 
-    The depth is nan where the file says none.  It is below the sea, or, if `below_ellipsoid`, below
-    the ellipsoid of WGS-84, which falls away from the survey's plane with the distance.
+    The depth is nan where the file has none.  It is below the sea, or, if `below_ellipsoid`, below
+    the ellipsoid of WGS-84, which curves away from the survey's plane with distance.
     """
 
     where: str
@@ -143,13 +143,13 @@ class Sample(NamedTuple):
     below_ellipsoid: bool = False
 
 
-# No mission is as late (s of Unix time) as the year 5000; parts of a second are soon beyond it.
+# Latest instant of a mission (s of Unix time), the year 5000; milliseconds are soon beyond it.
 LATEST_S = 1e11
 PARTS = ("milliseconds", "microseconds", "nanoseconds")
 
 
 def check_seconds(where: str, name: str, time: float) -> None:
-    """Refuse an instant that seems to be in parts of a second.
+    """Refuse an instant that seems to be in fractions of a second.
 
     Raises:
         BadChart: naming them.
@@ -163,10 +163,10 @@ def check_seconds(where: str, name: str, time: float) -> None:
 
 
 def unix_time(where: str, text: str) -> float:
-    """Return an instant of ISO 8601 as Unix time (s); it is UTC unless it says otherwise.
+    """Return an instant of ISO 8601 as Unix time (s); UTC unless it says otherwise.
 
     Raises:
-        BadChart: when it is none.
+        BadChart: when it is not one.
     """
     try:
         instant = datetime.fromisoformat(text)
@@ -178,7 +178,7 @@ def unix_time(where: str, text: str) -> float:
 
 
 def above_sea(where: str, height: float) -> float:
-    """Return the depth (m) of a height above the sea, which may be a little above it, as waves are.
+    """Return the depth (m) of a height above the sea, which may be slightly above it, by waves.
 
     Raises:
         BadChart: when it is far above: heights by GNSS are above the ellipsoid, not above the sea.
@@ -194,7 +194,7 @@ def above_sea(where: str, height: float) -> float:
 
 
 def in_sea(where: str, depth: float) -> float:
-    """Return a depth (m), which may be a little above the sea, as waves are.
+    """Return a depth (m), which may be slightly above the sea, by waves.
 
     Raises:
         BadChart: when it is far above: a column of heights, or one that counts upwards.
@@ -207,5 +207,5 @@ def in_sea(where: str, depth: float) -> float:
     return depth
 
 
-# Higher (m) is no wave: the height of a receiver that is not on the sea, or above an ellipsoid.
+# Highest wave (m); a larger height is that of a receiver ashore, or above an ellipsoid.
 HIGHEST = 5.0

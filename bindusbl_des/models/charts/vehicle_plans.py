@@ -1,4 +1,4 @@
-"""Plans of QGroundControl (`.plan`): the way of a vehicle's mission, and the areas it surveys.
+"""Plans of QGroundControl (`.plan`): the path of a vehicle's mission, and the areas it surveys.
 
 Source: QGroundControl developer guide, "Plan File Format": JSON of fileType "Plan", whose mission
 has items, each a MAVLink command with seven parameters, or several of them made of an area.
@@ -20,7 +20,7 @@ AREA, TRANSECTS = "polygon", "TransectStyleComplexItem"
 
 
 def read_vehicle_plan(path: str | Path) -> list[Shape]:
-    """Return the way of a plan's mission as a line, and the areas of its surveys as polygons.
+    """Return the path of a plan's mission as a line, and the areas of its surveys as polygons.
 
     Raises:
         BadChart: naming file, item and remedy.
@@ -53,7 +53,7 @@ def read_vehicle_plan(path: str | Path) -> list[Shape]:
 
 
 def _places(item: Any, where: str) -> Iterator[Degrees]:
-    """Yield the places of an item: where its command leads, or along the transects of a survey."""
+    """Yield the positions of an item: the target of its command, or the transects of a survey."""
     if not isinstance(item, Mapping):
         raise BadChart(f"{where}: is no item of a mission ({described(item)})")
     transects = item.get(TRANSECTS)

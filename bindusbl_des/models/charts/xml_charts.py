@@ -33,10 +33,10 @@ from .shapes import (
 
 LARGEST_FILE = 32_000_000
 
-# A file of a few megabytes can have millions of empty ones, each with its line and its lists.
+# A file of a few megabytes can have millions of empty elements, each with its line and its lists.
 MOST_ELEMENTS = 400_000
 
-# What says that it is not in UTF-8, which many files say or leave out that are in Windows-1252.
+# A declaration of another encoding than UTF-8; many files in Windows-1252 declare UTF-8 or nothing.
 OTHER_ENCODING = re.compile(rb"<\?xml[^>]*encoding=.(?!utf-8)", re.IGNORECASE)
 
 # KML nests folders, but not like this; a limit keeps walks over the tree short.
@@ -54,8 +54,8 @@ class Element:
     children: list["Element"] = field(default_factory=list)
 
     def within(self, *names: str) -> Iterator["Element"]:
-        """Yield the elements of some name in it, at any depth, in the order of the file; not those
-        that are in one another.
+        """Yield the outermost elements with some names in it, at any depth, in the order of the
+        file.
         """
         for child in self.children:
             if child.name in names:
@@ -64,11 +64,11 @@ class Element:
                 yield from child.within(*names)
 
     def child(self, name: str) -> "Element | None":
-        """Return its first child of a name."""
+        """Return its first child with a name."""
         return next((child for child in self.children if child.name == name), None)
 
     def text_in(self, name: str) -> str:
-        """Return the text of its first child of a name, "" if there is none."""
+        """Return the text of its first child with a name, "" if there is none."""
         child = self.child(name)
         return child.text.strip() if child else ""
 
@@ -96,7 +96,7 @@ def _tree(raw: bytes, path: str, root: str) -> Element:
 
 
 class _Tree:
-    """What an XML parser tells, put together."""
+    """Builds the tree of elements from an XML parser's events."""
 
     def __init__(self, path: str) -> None:
         self.path, self.top, self.open = path, Element("", 0, {}), list[Element]()
@@ -162,7 +162,7 @@ def read_kml(path: str | Path) -> list[Shape]:
 
 
 def read_kmz(path: str | Path) -> list[Shape]:
-    """Return the shapes of the KML in a KMZ file, a zip archive: of the first, as readers do.
+    """Return the shapes of the first KML in a KMZ file, a zip archive.
 
     Raises:
         BadChart: naming file, line and remedy.
@@ -232,10 +232,10 @@ def _position(text: str, place: str) -> Degrees:
 
 
 def read_gpx(path: str) -> Iterator[tuple[str, Callable[[], Sample]]]:
-    """Yield how to read the samples of a GPX file in Unix time, each with the name of its track.
+    """Yield functions that read the samples of a GPX file in Unix time, each with its track's name.
 
     Elevations are heights above the sea, so that depths are negative; a track without a name has
-    its number from 0 for one.  The segments of a track follow one another.
+    its number from 0 instead.  The segments of a track follow one another.
 
     Raises:
         BadChart: naming file, line and remedy.

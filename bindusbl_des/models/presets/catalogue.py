@@ -26,7 +26,7 @@ def selected(word: str) -> Iterator[tuple[str, Preset]]:
     """Yield the presets of a kind, or of a name, or all for "", each with its kind.
 
     Raises:
-        ValueError: when nothing is named so.
+        ValueError: when nothing has that name.
     """
     found = [
         (kind, entry)

@@ -1,9 +1,9 @@
-"""Acoustic modems: how long a message takes, how far it carries, how much it holds, what it costs.
+"""Acoustic modems: airtimes, ranges, payloads and powers.
 
 Figures are named as the keys of `acoustics.mf` and `acoustics.hf`, and as the settings of the
-channel `sonar`.  Powers are electrical.  What states a bit rate says by `overhead` whether it is
-the user's (1), or the line's, and how that is known.  Where a sheet states a band, `frequency_khz`
-is its middle and `bandwidth_khz` its width.  Measured airtimes have a row for each payload.
+channel `sonar`.  Powers are electrical.  A bit rate's `overhead` says whether it is the user's (1)
+or the line's, and how that is known.  If a sheet states a band, `frequency_khz` is its middle and
+`bandwidth_khz` its width.  Measured airtimes have a row for each payload.
 """
 
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ COLUMNS = ("payload_bytes", "airtime_s", "processing_delay_mean_s")
 
 
 def table_file(name: str) -> str:
-    """Return where a table that ships lies."""
+    """Return the path of a table that ships."""
     return str(Path(__file__).with_name(name))
 
 
@@ -29,16 +29,16 @@ MOST_BYTES = 65_535
 
 @dataclass(frozen=True)
 class AirtimeTable:
-    """How long messages of 1, 2, ... bytes take, and how much later a modem hands them over.
+    """Airtimes of messages of 1, 2, ... bytes, and how much later a modem delivers them.
 
-    Both are tuples of s, the first for one byte.  Between payloads that were measured both go
-    straight; below the smallest one (S2C: delays below 20 B) both are that one's.  Behind the last
-    delay stands that; there are none (0) where the table has none at all.
+    Both are tuples of s, the first for one byte.  Both are linear between measured payloads; below
+    the smallest (S2C: delays below 20 B) its value holds, beyond the last delay that one.  A table
+    without delays has 0.
     """
 
     airtimes_s: tuple[float, ...]
     delays_s: tuple[float, ...]
-    #: What is to be said of rows that do not count.
+    #: Messages about rows that were left out.
     left_out: tuple[str, ...] = field(default=(), compare=False)
 
     @property
@@ -55,7 +55,7 @@ class AirtimeTable:
         return self.airtimes_s[payload_bytes - 1]
 
     def delay(self, payload_bytes: int) -> float:
-        """Return how long (s) after its end a message is handed over.
+        """Return how long (s) after its end a message is delivered.
 
         >>> table = airtime_table(table_file("s2c_airtimes.csv"))
         >>> table.delay(1), table.delay(20), table.delay(21)
@@ -68,8 +68,8 @@ class AirtimeTable:
 def airtime_table(file: str) -> AirtimeTable:
     """Return the table in a CSV file.
 
-    Its columns are `payload_bytes`, which rise, `airtime_s` and, if it likes,
-    `processing_delay_mean_s`, which may be empty.
+    Its columns are `payload_bytes`, which rise, `airtime_s` and, optionally,
+    `processing_delay_mean_s`, whose cells may be empty.
 
     Raises:
         ValueError: when there is no such file, or a line of it is wrong.
@@ -91,7 +91,7 @@ def airtime_table(file: str) -> AirtimeTable:
 
 
 def _measured(row: TableRow) -> tuple[str, int, float, float | None]:
-    """Return where a row stands, its payload (B), airtime (s) and delay (s), if it has one."""
+    """Return a row's place, its payload (B), airtime (s) and delay (s), if it has one."""
     size = _number(row.cells[COLUMNS[0]])
     if not (size == int(size) and 0 < size <= MOST_BYTES):
         _refuse_size(row.where, row.cells[COLUMNS[0]], 1)
@@ -101,7 +101,7 @@ def _measured(row: TableRow) -> tuple[str, int, float, float | None]:
 
 
 def _each(most: int, measured: dict[int, float]) -> tuple[float, ...]:
-    """Return values for 1, 2, ... `most` bytes, of those that were measured for some of them."""
+    """Return values for 1, 2, ... `most` bytes, interpolated between measured ones."""
     import numpy as np  # which scenarios without such tables do not wait for
 
     sizes = np.arange(1, most + 1)
@@ -109,7 +109,7 @@ def _each(most: int, measured: dict[int, float]) -> tuple[float, ...]:
 
 
 def _number(text: str) -> float:
-    """Return the number that a text is, -1 where it is none that counts."""
+    """Return a text as a finite number, or -1."""
     try:
         value = float(text)
     except ValueError:

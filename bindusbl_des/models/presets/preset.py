@@ -1,23 +1,23 @@
-"""Presets: figures by name, and how each is known; inertial systems and USBLs by their sheets.
+"""Presets: named figures with sources; inertial systems and USBLs by their data sheets.
 
 Figures of inertial systems are named as the keys of `navigation.drift`, those of USBLs as the keys
 of `usbl` and the settings of its model `datasheet`.  Makers' pages that state a share of the
-distance could not be read for most inertial systems that are sold: these are left out, and
-`percent_of_distance` is typed from one's own sheet.
+distance could not be read for most inertial systems on the market: these are left out, and a user
+enters `percent_of_distance` from a data sheet.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-# How a figure is known: from the maker's own page, from the source code of a driver or simulator,
-# second hand, or worked out here from other figures.
+# Source of a figure: the maker's own page, the source code of a driver or simulator, second hand,
+# or worked out here from other figures
 Tag = Literal["M", "S", "2", "calc"]
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of a data sheet, or a word, in its unit ("" for none), and where it stands."""
+    """One number of a data sheet, or a word, in its unit ("" for none), with its source."""
 
     value: float | int | str
     unit: str
@@ -27,11 +27,12 @@ class Figure:
 
 @dataclass(frozen=True)
 class Preset:
-    """A named set of figures; each is named as the key, or setting, of a scenario that it is for.
+    """A named set of figures; each is named as the scenario's key, or setting, that it is for.
 
-    What has no source is not in it: a key that a preset does not name keeps its default.  Its
-    `basis` is what the maker, or who simulated it, states, often a worst case; or a trial.  `since`
-    is the year, or year and month, of that; "" where no source states one.
+    Figures without a source are left out: keys that a preset does not name keep their defaults.
+    Its `basis` is a statement of the maker or of a simulator's author, often a worst case, or a
+    measurement in a trial.  `since` is the year, or year and month, of that; "" where no source
+    states one.
     """
 
     name: str
@@ -85,7 +86,7 @@ IN_EACH = "; taken for the standard deviation of an angle across, in each direct
 
 
 def _cerulean(name: str, compass: str, angle_deg: float, percent: float) -> Preset:
-    """Return the budget with one of the compasses; `percent` is 100 times the angle's sine."""
+    """Return the preset with one of the compasses; `percent` is 100 times the angle's sine."""
     return Preset(
         name,
         f"Cerulean ROVL / Omnitrack, with {compass}",

@@ -1,1 +1,1 @@
-"""Who pings when, and how long each slot is: what schedules know, and those that ship."""
+"""Schedules that ship: which AUVs ping in which slot, and how long slots are."""

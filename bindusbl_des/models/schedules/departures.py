@@ -1,4 +1,4 @@
-"""When AUVs set out so that their pings come in one behind the other, t_i = a_i - D_i."""
+"""Departure times at which pings of several AUVs arrive one after the other, t_i = a_i - D_i."""
 
 from typing import NamedTuple
 
@@ -7,14 +7,14 @@ import numpy as np
 from ...support.arrays import Flags, Floats, Ints
 from ...support.compiled import compiled
 
-# A tick count this near to a whole number is whole; and what of a gap (s) rounding may take.
+# Tolerance of a tick count that is whole, and of a gap (s) between arrivals, against rounding
 TICK_ROUNDING, ROUNDING = 1e-9, 1e-12
 
 
 class PingArrivals(NamedTuple):
-    """How pings come in: travel times (s) to ASVs, by which AUVs are heard, (n, m) each; how far
-    off (s) they may be (n,), and how much more so each second (n,); how long (s) an ASV is busy
-    with each, and what of that may be lost to rounding.
+    """Arrivals of pings: travel times (s) to ASVs, and which ASVs hear which AUVs, (n, m) each; the
+    uncertainty of arrivals (s), (n,), and its growth per second (n,); how long (s) an ASV is busy
+    with each ping, and the tolerance of that against rounding.
     """
 
     ways: Floats
@@ -28,12 +28,11 @@ class PingArrivals(NamedTuple):
 def departures(
     ways: Floats, heard: Flags, blurs: Floats, rates: Floats, lasts: float, tick_rate: float = 0.0
 ) -> Floats:
-    """Return when (s) AUVs set out, (n,), each as early as those heard from farther away allow.
+    """Return when (s) AUVs ping, (n,), each as early as those heard from farther away allow.
 
-    `ways` (n, m) are travel times (s) to ASVs, by which AUVs are `heard` (n, m).  At each of these
-    two pings come in at least `lasts` (s) apart, more by the `blurs` (n,) of both, s, and by the
-    `rates` (n,), s per s, at which these grow.  With a `tick_rate` (Hz) other than 0 AUVs set out
-    on ticks.
+    `ways` (n, m) are travel times (s) to ASVs, by which AUVs are `heard` (n, m).  At each ASV two
+    pings arrive at least `lasts` (s) apart, more by the `blurs` (n,) of both, s, and by the `rates`
+    (n,), s per s, at which these grow.  With a `tick_rate` (Hz) other than 0 AUVs ping on ticks.
 
     >>> ways, heard, still = np.array([[0.03], [0.01]]), np.full((2, 1), True), np.zeros(2)
     >>> departures(ways, heard, still, still, 0.015).tolist()
@@ -67,8 +66,8 @@ def _pack(
 
 @compiled
 def _past(auv: int, start: float, others: Ints, departs: Floats, sound: PingArrivals) -> float:
-    """Return the earliest instant (s) past the first of `others` that an AUV would come in too near
-    to, wherever both are heard, if it set out at an instant; that instant if there is none.
+    """Return the earliest departure (s) at which an AUV's ping no longer meets that of the first of
+    `others` that it would meet if it departed at `start`; `start` if it meets none.
     """
     own = sound.rates[auv]
     for other in others:

@@ -1,4 +1,6 @@
-"""A round is a frame of one AUV, of `protocol.frame_s`: the conventional baseline."""
+"""Schedules with one AUV in each round, a time frame of `protocol.frame_s`: the conventional
+baseline.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Polling(ScheduleSettings):
-    """The settings of the schedule `polling`."""
+    """Settings of the schedule `polling`."""
 
     side_by_side: bool = key(
         False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
@@ -20,7 +20,7 @@ class Polling(ScheduleSettings):
 
     @property
     def shares_calls(self) -> bool:
-        """Whether AUVs that no ASV hears two of are called at once."""
+        """Whether AUVs are called at once if no ASV hears two of them."""
         return self.side_by_side
 
 
@@ -32,7 +32,7 @@ class Polling(ScheduleSettings):
     turn_by="calls",
 )
 def polling(view: View, *, settings: Polling) -> Groups:
-    """Call one AUV after another; side by side those at once that no ASV hears two of."""
+    """Call one AUV after another; side by side, AUVs at once if no ASV hears two of them."""
     if settings.side_by_side:
         from ...core.protocol.conflicts import greedy_groups
 

@@ -1,8 +1,7 @@
-"""Transmit times that allow for the way: arrivals are packed at the ASVs, departures overlap.
+"""Super-TDMA: transmit times allow for travel times, so that arrivals are packed at the ASVs.
 
-Each ping sets out so that it comes in when the one before it is over, t_i = a_i - D_i, instead of
-when that has had time to come from anywhere: the schedule of bound B1, 1 / (T_P + T_clear) pings
-per second and ASV.
+A ping departs so that it arrives as the one before it ends, t_i = a_i - D_i, rather than after the
+longest travel time: the schedule of bound B1, 1 / (T_P + T_clear) pings per second and ASV.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class SuperTdma(ScheduleSettings):
-    """The settings of the schedule `super_tdma`."""
+    """Settings of the schedule `super_tdma`."""
 
     clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
     sds: Real = key(
@@ -41,10 +40,10 @@ class SuperTdma(ScheduleSettings):
 def super_tdma(view: View, *, settings: SuperTdma) -> Groups:
     """Let every AUV ping at an instant of its own, so that arrivals follow each other closely.
 
-    Wherever one ASV may hear two AUVs, their arrivals are predicted to be `clear_s` (s) apart and
-    more by what either may be misplaced: the places the fleet believes by so many `sds` of fixes
-    and the way since, and vehicles that move meanwhile.  AUVs set out as early as that allows,
-    those that are heard farthest away first.
+    Where one ASV may hear two AUVs, their arrivals are predicted to be `clear_s` (s) apart, and
+    more by the position errors of both: so many `sds` of fixes, the distance travelled since, and
+    the vehicles' motion meanwhile.  AUVs ping as early as that allows, those heard farthest away
+    first.
     """
     import numpy as np
 

@@ -1,4 +1,6 @@
-"""AUVs whose estimates are worst go first, in few slots: short rounds, in which not all ping."""
+"""A schedule with few slots for the AUVs with the worst estimates: short rounds in which not all
+ping.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +14,16 @@ if TYPE_CHECKING:
 
 
 class WorstFirst(ScheduleSettings):
-    """The settings of the schedule `worst_first`."""
+    """Settings of the schedule `worst_first`."""
 
-    # As long as the shortest downlink slot, which every round pays: 10 t_C of at least 2.5 t_C each
+    # 4 slots of at least 2.5 t_C are as long as the shortest downlink slot of a round, 10 t_C
     slots: Whole = key(
         4, "1", "ping groups of a round, at most; further AUVs wait for a later one", ge=1, le=9_999
     )
 
     @property
     def most_groups(self) -> int | None:
-        """How many ping groups a round has at most."""
+        """The largest number of ping groups in a round."""
         return self.slots
 
 
@@ -35,16 +37,16 @@ class WorstFirst(ScheduleSettings):
     turn_by="expected_error",
 )
 def worst_first(view: View, *, settings: WorstFirst) -> Groups:
-    """Let those AUVs ping whose estimates are worst, in at most so many slots.
+    """Let the AUVs with the worst estimates ping, in a limited number of slots.
 
     In the order of their claims, each AUV joins the first group in which no ASV would hear it and
-    another; those that have no room wait for a later round.  An AUV's claim is the error that is
-    expected of it times the chance that a turn will mend it: after k turns in vain, 1 / (k + 2)
-    (Laplace's rule of succession).  So an AUV that is not where it is believed to be cannot keep
-    the others waiting, and one that drifts has its turn again after a number of rounds that is
-    bounded by its turns in vain.  An AUV that no ASV is believed to hear pings in the first slot,
-    where it disturbs nobody.  Where frames tell of a round first, who may come within range until
-    it begins counts as heard.
+    another; AUVs that fit into none wait for a later round.  An AUV's claim is its expected error
+    times the chance that a turn brings a fix: after k turns in vain, 1 / (k + 2) (Laplace's rule of
+    succession).  So an AUV that is not at its believed position cannot delay the others for long,
+    and one that drifts has its turn again after a number of rounds that is bounded by its turns in
+    vain.  An AUV that no ASV is believed to hear pings in the first slot, where it disturbs no
+    other.  Where frames announce a round, an AUV that may come within range until it begins counts
+    as heard.
     """
     import numpy as np
 
