@@ -74,7 +74,8 @@ def compare(
     """Compare campaigns, points of one, or answers of plans.
 
     Missions with equal seeds are paired, so that the noise they share cancels; each is judged by
-    its worst AUV.
+    its worst AUV.  Of plans of one goal a tender comes first: team, price, hours, error, what is
+    left after a loss, and places.
     """
     if by_mean and metrics:
         refuse("--metric says what to compare; leave out --mean")
@@ -86,10 +87,13 @@ def compare(
         from ..campaigns.statistics.differences import Chosen
         from ..campaigns.statistics.outcomes import JUDGED, MEANS
         from ..planning.folder import MISSIONS, drawn_team, is_plan_folder
+        from ..planning.tender import tender, tender_table
 
         judged = metrics or (MEANS if by_mean else JUDGED)
         chosen: dict[Path, Chosen] = {}
         named = list(map(Path, folders))
+        is_tender = len(named) > 1 and all(map(is_plan_folder, named))
+        tenders = tender(named) if is_tender else []
         for number, folder in enumerate(named if len(named) > 1 else []):
             if is_plan_folder(folder):
                 team, named[number] = drawn_team(folder), folder / MISSIONS
@@ -105,10 +109,12 @@ def compare(
             "labels": comparison.labels,
             "differences": comparison.records(),
             "notes": comparison.notes,
+            **({"tender": tenders} if is_tender else {}),
         },
         [
             *map(filled, labels),
             "",
+            *((*tender_table(tenders), "") if is_tender else ()),
             comparison_table(comparison.differences),
             *map(filled, comparison.notes),
         ],
