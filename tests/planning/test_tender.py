@@ -63,7 +63,7 @@ def test_tenders_have_team_price_hours_error_and_what_a_loss_leaves() -> None:
     assert rows[0]["after_loss"]["met"] is False
     table = [line.split() for line in said.output.splitlines() if line[:5] in ("A    ", "B    ")]
     assert table[0][:6] == ["A", "2", "80,000", "0:20", "h", "0.752"]
-    assert "A, ASV0: 54 " in said.output
+    assert "A, ASV0: 54." in said.output
     assert "A, after a loss: ASV" in said.output
     assert "B compared with A; " in said.output
 

@@ -231,11 +231,7 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
         lines.append(filled(record["would"]))
     shown = shown_first(record)
     places = [] if shown is None else record["candidates"][shown]["places"]
-    on_earth = [
-        f"{place['asv']} {degrees_text(*where)} ({minutes_text(*where)})"
-        for place in places
-        if None not in (where := (place["lat_deg"], place["lon_deg"]))
-    ]
+    on_earth = [f"{place['asv']} {where}" for place in places if (where := where_text(place))]
     next_best = [record["candidates"][number] for number in record["runners_up"]]
     doubts = [_doubt_text(*cases) for cases in by_surprise(record["sensitivity"])]
     for name, items in (
@@ -251,6 +247,12 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
     if record["answer"] is not None:
         lines.append(record["run"])
     return "\n".join(lines)
+
+
+def where_text(place: Mapping[str, Any]) -> str:
+    """Return a recorded place in degrees, and in degrees and minutes; "" if it is not on Earth."""
+    where = place["lat_deg"], place["lon_deg"]
+    return "" if None in where else f"{degrees_text(*where)} ({minutes_text(*where)})"
 
 
 def _doubt_text(doubted: Mapping[str, Any], known: Mapping[str, Any] | None) -> str:

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...core.geometry.geodesy import minutes_text
 from ...support.files import read_json
 from ...support.wording import aligned, amount, lettered, timed, with_ends
+from .answer_text import where_text
 from .doubting import became_of
 from .folder import PLAN, DrawnTeam, PlanError, drawn_team
 from .goals import Goal, goals_in, limits_text, unit_of_goal
@@ -102,7 +102,8 @@ def tender_table(rows: Sequence[Row]) -> Iterator[str]:
     )
     for number, row in enumerate(rows):
         for place in row["places"]:
-            yield f"{lettered(number)}, {place['asv']}: {_where(place)}"
+            where = where_text(place) or f"({place['x_m']:g}, {place['y_m']:g}) m"
+            yield f"{lettered(number)}, {place['asv']}: {where}"
         loss = row["after_loss"]
         if loss is not None:
             yield f"{lettered(number)}, after a loss: {loss['told']}; {became_of(loss)}"
@@ -119,14 +120,8 @@ def _cells(row: Row) -> Iterator[str]:
 
 
 def _shown(case: Row, number: int) -> str:
-    ends = [case[name][number] if number < len(case[name]) else None for name in ENDS]
-    if None in ends:
+    ends = [case[name][number] for name in ENDS if number < len(case[name])]
+    if len(ends) < len(ENDS) or None in ends:
         return "-"
-    mean, low, high = with_ends(*ends)
+    mean, low, high = with_ends(*map(float, ends))
     return f"{mean} [{low}, {high}]"
-
-
-def _where(place: Row) -> str:
-    """Return a place in degrees and minutes, or in metres where it is nowhere on Earth."""
-    where = place["lat_deg"], place["lon_deg"]
-    return f"({place['x_m']:g}, {place['y_m']:g}) m" if None in where else minutes_text(*where)
