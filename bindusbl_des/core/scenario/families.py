@@ -80,20 +80,24 @@ class ScheduleSettings(Settings):
 class ScheduleTraits(Traits):
     """Who pings when.
 
-    How the ping groups of a round come about (`groups`): a round is one AUV's (`frame`), each AUV
-    has a slot of its own (`each`), or those that no ASV hears two of share one, by the first that
-    is free (`first_fit`) or the most constrained AUV first (`saturation`); "" where nobody knows
-    beforehand.  With a frame, whose `turn` it is: by `rotation` or by `lot`.  AUVs ping in slots
-    that they are given (`access`), or as they like: at the instants of a Poisson process
-    (`poisson`), at the next of equal slots (`slotted`), once they hear nobody (`sensing`), or by
-    another program (`program`, of `protocol.access`).
-
-    `is_proved` says that the verifier's rules hold for it, `renumbers` that an AUV's slot is
-    another in each round.  What a prediction leaves out of it is its `approximation`: then `groups`
-    are what it is taken for.  How long slots are that are not all T_UL, its `pace` says: until a
-    called AUV has `answered`, or until the next of the `packed` arrivals.  By what `explain` tells
-    whose turn it is, beside the slot: `turn_by`.  If it `chooses`, some AUVs have no turn in a
-    round.  A plan proposes it where its scenario has another, if it `is_proposed`.
+    `groups`: how the ping groups of a round come about.  `frame`: a round is one AUV's; `each`:
+        every AUV has its own slot; `first_fit`: AUVs that no ASV hears two of share a slot,
+        coloured greedily in the order of their numbers; `saturation`: the same, the most
+        constrained AUV first; "": they cannot be known beforehand.  A schedule that colours in
+        another order has an `approximation`.
+    `framed`, `turn`: whose turn a frame is: by `rotation`, or by `lot`.
+    `access`: AUVs ping in the `slots` that they are given; at the instants of a Poisson process
+        (`poisson`); at the next of equal slots (`slotted`); once they hear no other (`sensing`); or
+        by a `program` (`protocol.access`).
+    `is_proved`: the verifier's rules (`apps/verification/rules.py`) hold for it: AUVs that share a
+        slot are those that no ASV within range hears two of.
+    `renumbers`: an AUV's slot may be another in each round.
+    `approximation`: what a prediction leaves out; `groups` are then what it takes instead.
+    `pace`: how long slots are that are not all T_UL: until the called AUV has `answered`, or until
+        the next of the `packed` arrivals.
+    `turn_by`: what `explain` names beside the slot as the reason of a turn.
+    `chooses`: some AUVs have no turn in a round.
+    `is_proposed`: plans try it where a scenario has another.
     """
 
     settings: type[Settings] = ScheduleSettings
