@@ -159,11 +159,11 @@ class AskedChannel(Protocol):
 
 @runtime_checkable
 class LevelledChannel(AskedChannel, Protocol):
-    """A channel that knows how loud signals are: what they have at 1 m (dB re 1 uPa)."""
+    """A channel with levels, whose source level (dB re 1 uPa at 1 m) may be changed."""
 
     @property
     def source_level_db(self) -> float:
-        """The level of what is sent."""
+        """The source level of signals."""
 
     def at_level(self, level_db: float) -> AskedChannel:
         """Return the channel of signals that are sent at another level."""

@@ -148,7 +148,9 @@ class Sounds(EventBuffer):
 
     @staticmethod
     def lose(sounds: Rows, cut: Flags, why: int) -> None:
-        """Let those who would decode sounds (n,) that are `cut` (n,) lose them for a reason."""
+        """Mark as lost, with a reason `why`, the sounds (n,) in `cut` (n,) that would be
+        decoded.
+        """
         cut = cut & (sounds["outcome"] == IN_FLIGHT)
         sounds["outcome"][cut], sounds["why"][cut] = LOST, why
 

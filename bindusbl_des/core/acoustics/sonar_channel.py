@@ -88,7 +88,7 @@ def echoes(
     Sound spreads spherically along the straight paths of images.  The surface inverts the phase
     and, if rough, scatters: -exp(-2 (k sd sin g)^2) at a grazing angle g; the bottom reflects as
     :func:`bottom_reflection`.  Raises ValueError for depths outside the sea.  Source: F. B. Jensen
-    et al., Computational Ocean Acoustics (2011), 2.4; L. M. Brekhovskikh, Yu.  P. Lysanov,
+    et al., Computational Ocean Acoustics (2011), 2.4; L. M. Brekhovskikh, Yu. P. Lysanov,
     Fundamentals of Ocean Acoustics (2003), 9.
     """
     away, source, receiver = np.broadcast_arrays(
@@ -347,7 +347,7 @@ class EchoingSonar:
 
     @property
     def source_level_db(self) -> float:
-        """The level (dB re 1 uPa at 1 m) of what is sent."""
+        """The source level (dB re 1 uPa at 1 m)."""
         return self.plain.source_level_db
 
     def at_level(self, level_db: float) -> "EchoingSonar":

@@ -1,4 +1,4 @@
-"""The world of one mission: its vehicles, what they carry, and the network between them."""
+"""The world of one mission: its vehicles, their navigation, and the network between them."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -318,7 +318,7 @@ class Dissemination:
         return bool(self._luck(auv).random() < self.announcing.chance)
 
     def _is_quiet(self, auv: int, time: float) -> bool:
-        """Tell whether the last ping of an AUV is over."""
+        """Return whether the last ping of an AUV is over."""
         return time - self.auvs[auv].pinged_at_s >= self.slots.ping_duration
 
     def _hear(self, time: float) -> None:

@@ -196,7 +196,7 @@ class Exchange(MfDownlink):
         else:
             verb(exact, on_clock)
 
-    # Frames of AUVs
+    # Frames that AUVs take and send
 
     def _take(
         self, sent: AsvFrame, auv: int, hops: int, turn: int, by: int, time: float, on_clock: float

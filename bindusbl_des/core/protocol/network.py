@@ -238,7 +238,7 @@ class Network(HfNetwork):
         return self.slots.clock.after(0.0, round_number * self.frame_s + self.paused)
 
     def view(self, round_number: int, time: float) -> View:
-        """Return what the fleet knows when it schedules a round."""
+        """Return the fleet's knowledge as it schedules a round."""
         if self.positions.follow_fixes or self.exchange is not None:
             self.outcomes.resolve_passed(time)  # pings may acknowledge fixes, too
         auvs, asvs, heard = self.positions.seen(time)

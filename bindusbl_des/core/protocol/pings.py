@@ -139,12 +139,12 @@ class HfBand:
 
     @property
     def source_level_db(self) -> float | None:
-        """The level (dB re 1 uPa at 1 m) of what is sent; None where the channel knows of none."""
+        """The source level (dB re 1 uPa at 1 m) of signals; None if the channel has no levels."""
         channel = self._channel
         return channel.source_level_db if isinstance(channel, LevelledChannel) else None
 
     def at_level(self, level_db: float | None) -> Spreading:
-        """Return how signals spread that are sent at a level (dB re 1 uPa at 1 m); None: the
+        """Return how signals with a source level (dB re 1 uPa at 1 m) propagate; None: the
         channel's own.
         """
         if level_db is None:

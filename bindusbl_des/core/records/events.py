@@ -18,8 +18,8 @@ LARGEST, SMALLEST = "largest", "smallest"
 def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> Any:
     """Describe one column: its unit ("" for names and labels) and its meaning.
 
-    `worst` says of a metric which of a fleet's values is the worst one, LARGEST or SMALLEST; empty
-    for what is neither good nor bad.
+    `worst` says which of a fleet's values of a metric is the worst, LARGEST or SMALLEST; empty
+    where neither is good or bad.
     """
     return field(default=default, metadata={"unit": unit, "meaning": meaning, "worst": worst})
 
@@ -221,7 +221,7 @@ class Broadcast:
 class Fix:
     """One position fix of one AUV, fused over the ASVs that heard the same ping.
 
-    With passive ranging the AUV has measured the ping of an ASV itself: nobody broadcasts it.
+    With passive ranging the AUV has measured an ASV's ping itself: no ASV broadcasts the fix.
     """
 
     fix: int = column("1", "number of the fix")
@@ -443,7 +443,7 @@ class ModemLine:
 
 @dataclass(slots=True)
 class GnssFix:
-    """One fix of an AUV at the surface by its own GNSS (navigation.gnss_fix): it has it at once."""
+    """One GNSS fix of an AUV at the surface (navigation.gnss_fix), which it has at once."""
 
     gnss_fix: int = column("1", "number of the fix")
     auv: int = column("", "AUV that made it")

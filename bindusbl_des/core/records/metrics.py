@@ -338,7 +338,7 @@ def name_of(metric: str) -> str:
 
 
 def unit_of(metric: str) -> str:
-    """Return the unit of a metric: of the SI, or what it counts in.
+    """Return the unit of a metric: an SI unit, or what it counts.
 
     >>> unit_of("worst_fix_age_max_s"), unit_of("fixes"), unit_of("hf_coverage")
     ('s', 'count', 'share')

@@ -164,7 +164,9 @@ def to_degrees(code: str) -> InDegrees:
 
 
 def _is_used(used: Any, lat: float, lon: float) -> bool:
-    """Tell whether a place (deg) is about where a grid is used; of some nobody knows where."""
+    """Return whether a position (deg) is roughly within the area for which a grid is made; true if
+    that is unknown.
+    """
     if not (math.isfinite(lat) and math.isfinite(lon)) or abs(lat) > 90.0:
         return False
     if used is None:

@@ -106,7 +106,7 @@ class SharedAir:
     # Sending
 
     def send(self, node: Node, message: ToSend, waited_s: float | None) -> simpy.Event:
-        """Send a signal of a vehicle now, as :meth:`.node.Node.send` says."""
+        """Send a signal of a vehicle now, as of :meth:`.node.Node.send`."""
         time, lasts = node.now, self._duration(node, message)
         self._check_level(message.level_db)
         if message.kind == PING and self._data is not None:
@@ -151,8 +151,8 @@ class SharedAir:
             self._quieter.append((sender, time, lasts, share))
 
     def spared_s(self, end: float) -> Floats:
-        """Return how long (s) each vehicle (n,) would have sent at full power by an instant (s)
-        with what it spared by lower levels.
+        """Return the time (s) at full power that each vehicle (n,) has saved by lower levels up to
+        an instant (s).
         """
         spared = np.zeros(len(self.names))
         for sender, time, lasts, share in self._quieter:
@@ -241,7 +241,7 @@ class SharedAir:
     # Hearing
 
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
-        """Return the sounds at a vehicle, as :meth:`.node.Node.heard` says."""
+        """Return the intervals of sounds at a vehicle, as of :meth:`.node.Node.heard`."""
         sea, count, time = self._sounds.sea.address, self._sounds.count, node.now
         spans = heard_meanwhile(sea, count, node.number, since, time, self._sounds.known(time))
         found = [(begins, ends) for begins, ends in spans.tolist()]
@@ -254,8 +254,8 @@ class SharedAir:
         return found
 
     def hears(self, node: Node) -> simpy.Event:
-        """Return the event of the next signal that a vehicle decodes, as :meth:`.node.Node.hears`
-        says.
+        """Return the event of the next signal that a vehicle decodes, as of
+        :meth:`.node.Node.hears`.
         """
         inbox = self._inboxes.get(node.number)
         if inbox is None:
@@ -306,7 +306,7 @@ class SharedAir:
         inbox.take(HeardSignal(PING, self.names[auv], None, *span, 0, None, level, ping))
 
     def sight_of(self, ping: int, asv: int) -> Any:
-        """Return what an ASV has measured of a ping, as :meth:`.node.Node.sight` says."""
+        """Return an ASV's measurement of a ping, as of :meth:`.node.Node.sight`."""
         return None if self._outcomes is None else self._outcomes.sight_of(ping, asv)
 
     def give_up(self, event: simpy.Event) -> None:

@@ -22,9 +22,9 @@ starboard, ahead, up; east, north, up; roll, pitch and yaw (rad, anticlockwise f
 travel time (us), strength, integrity, accuracy; `USBLANGLES` bearing and elevation (rad) in the
 modem's frame, clockwise from ahead, and from north.
 
-Commands and reports are those of the maker's S2C guides, as public drivers read them.  Assumed are
-what a message needs on the air beside its content (`header_bytes`), signal strength, integrity and
-the accuracy of what USBL reports.
+Commands and reports are those of the maker's S2C guides, as public drivers read them.  Assumptions:
+the bytes that a message needs on the air beside its content (`header_bytes`), signal strength,
+integrity and the accuracy of USBL reports.
 """
 
 from math import asin, atan2, cos, pi, remainder, sin

@@ -210,13 +210,13 @@ class Medium(Protocol):
 
     @property
     def sight_of(self) -> Callable[[int, int], Any]:
-        """What tells what an ASV, by its number, has measured of a ping."""
+        """A function that returns an ASV's measurement of a ping, by both numbers."""
 
     def send(self, node: Node, message: "ToSend", waited_s: float | None) -> simpy.Event:
         """Let a node send a signal; return the event of its end."""
 
     def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
-        """Return from when to when a node had sounds."""
+        """Return the intervals (s) of sounds at a node."""
 
     def hears(self, node: Node) -> simpy.Event:
         """Return the event of the next signal that a node decodes."""
