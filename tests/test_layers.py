@@ -39,6 +39,8 @@ HOMES = {
     "pettingzoo": "gym",
     "networkx": "core.protocol.conflicts core.protocol.view",
     "pelagic": "models.channels.table_channel",
+    "pyogrio": "models.charts.grid_charts",
+    "pyproj": "models.charts.positions",
     "pyarrow": "models.channels.ray_tables core.results core.mission.tables core.mission.modems "
     "apps.campaigns apps.export apps.recorded",
     "yaml": "support.plain_yaml support.yaml_edits",

@@ -1,6 +1,7 @@
 """What is exported can be read again: charts as areas, tables and messages as tracks."""
 
 import json
+import zipfile
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from campaigns_for_tests import auv, hand_made
 from commands_for_tests import call
-from shapely import LinearRing, LineString, distance, points
+from shapely import LinearRing, LineString, distance, from_wkb, points
 from worlds import scenario
 
 from bindusbl_des import Scenario, Setup, load_result, load_scenario, plan, simulate
@@ -225,7 +226,7 @@ def team(tmp_path_factory: pytest.TempPathFactory) -> Path:
             {"asvs.count": [2], "asvs.formation.angle_deg": [0]},
         )
         plan(asked, folder / "plan", below=goal, vary=teams)
-    for kind in ("geojson", "kml", "gpx"):
+    for kind in ("geojson", "kml", "kmz", "gpx", "qgc", "pdf"):
         assert call("export", folder / "plan", "--to", kind).exit_code == 0
     return folder / "plan"
 
@@ -302,3 +303,115 @@ def test_what_was_believed_has_the_colour_of_its_auv(run: Path, tmp_path: Path) 
     assert believed is not None
     assert true[2:] == believed[2:] != (colours["AUV0"] or "")[2:]
     assert int(believed[:2], 16) < int(true[:2], 16)
+
+
+def test_a_kmz_is_the_kml_and_gdal_reads_it(team: Path) -> None:
+    """With names and places; a plan that is made anew may replace all that was exported."""
+    pyogrio = pytest.importorskip("pyogrio")
+    with zipfile.ZipFile(team / "plan.kmz") as archive:
+        assert archive.namelist() == ["doc.kml"]
+        assert archive.read("doc.kml") == (team / "plan.kml").read_bytes()
+    layers = [str(name) for name, _ in pyogrio.list_layers(team / "plan.kmz")]
+    assert layers == ["survey", "vessels", "HF ranges", "MF ranges", "AUVs"]
+    told, _, places, fields = pyogrio.raw.read(team / "plan.kmz", layer="vessels")
+    names = fields[list(told["fields"]).index("Name")]
+    assert list(names) == ["ASV0", "ASV1"]
+    marks = shapes_of(team / "plan.geojson")
+    for name, raw in zip(names, places, strict=True):
+        assert from_wkb(raw).coords[0][1::-1] == pytest.approx(marks[name][1][0], abs=1e-9)
+
+
+def test_gpx_of_a_plan_is_what_plotters_read(team: Path) -> None:
+    """Way points, routes of AUVs, and outlines as tracks, by gpxpy."""
+    gpxpy = pytest.importorskip("gpxpy")
+    read = gpxpy.parse((team / "plan.gpx").read_text())
+    assert [point.name for point in read.waypoints] == ["ASV0", "ASV1"]
+    assert [route.name for route in read.routes] == [f"AUV{n} (plan)" for n in range(3)]
+    assert len(read.tracks) == 5
+    lane = shapes_of(team / "plan.geojson")["AUV1 (plan)"][1]
+    way = [(point.latitude, point.longitude) for point in read.routes[1].points]
+    np.testing.assert_allclose(way, lane, atol=1e-12)
+
+
+def test_each_vehicle_has_a_plan_for_qgroundcontrol(team: Path) -> None:
+    """Of the form that its developer guide states: lanes at their depth, vessels that stay."""
+    files = sorted(path.name for path in (team / "qgc").iterdir())
+    assert files == ["ASV0.plan", "ASV1.plan", "AUV0.plan", "AUV1.plan", "AUV2.plan"]
+    setup = Setup(load_scenario(team / "best.yaml"))
+    lanes = shapes_of(team / "plan.geojson")
+    for name in files:
+        plan = json.loads((team / "qgc" / name).read_text())
+        assert (plan["fileType"], plan["version"], plan["groundStation"]) == (
+            *("Plan", 1, "QGroundControl"),
+        )
+        assert plan["geoFence"] == {"circles": [], "polygons": [], "version": 2}
+        assert plan["rallyPoints"] == {"points": [], "version": 2}
+        mission = plan["mission"]
+        assert sorted(mission) == [
+            *("cruiseSpeed", "firmwareType", "globalPlanAltitudeMode", "hoverSpeed", "items"),
+            *("plannedHomePosition", "vehicleType", "version"),
+        ]
+        assert mission["version"] == 2
+        assert [item["doJumpId"] for item in mission["items"]] == list(
+            range(1, len(mission["items"]) + 1)
+        )
+        assert all(len(item["params"]) == 7 for item in mission["items"])
+        places = [item["params"][4:] for item in mission["items"] if item["frame"] == 3]
+        assert mission["plannedHomePosition"][:2] == places[0][:2]
+        if name.startswith("AUV"):
+            assert mission["items"][0]["command"] == 178
+            assert mission["items"][0]["params"][1] == setup.scenario.auvs.speed_m_per_s
+            assert {place[2] for place in places} == {-setup.scenario.survey.depth_m}
+            way = lanes[f"{name.removesuffix('.plan')} (plan)"][1]
+            assert [place[:2] for place in places] == way.tolist()
+        else:
+            assert [item["command"] for item in mission["items"]] == [17]
+            pin = lanes[name.removesuffix(".plan")][1][0]
+            assert places == [[*pin, 0.0]]
+
+
+@pytest.mark.parametrize("files", ["plan.kml", "plan.kmz", "plan.geojson", "plan.gpx", "qgc"])
+def test_what_a_plan_exports_is_read_back(team: Path, files: str) -> None:
+    """As lanes of its AUVs, in each format, as long as they were but for the corners."""
+    names = [team / files] if files != "qgc" else [team / files / f"AUV{n}.plan" for n in range(3)]
+    best = load_scenario(team / "best.yaml")
+    route = {"kind": "waypoints", "files": [str(name) for name in names]}
+    data = best.model_dump(mode="json", exclude_unset=True)
+    again = Setup(Scenario.model_validate({**data, "auvs": {"route": route}}))
+    lengths = [plan.path.length for plan in again.plans]
+    assert lengths == pytest.approx([plan.path.length for plan in Setup(best).plans], rel=0.02)
+
+
+def test_the_sheet_of_a_plan_is_for_its_skipper(team: Path) -> None:
+    """One page: places in degrees and minutes, the goal in plain words, and no keys."""
+    pypdf = pytest.importorskip("pypdf")
+    [page] = pypdf.PdfReader(team / "plan.pdf").pages
+    assert [round(float(side) / 72, 1) for side in page.mediabox[2:]] == [8.3, 11.7]
+    text = page.extract_text()
+    record = json.loads((team / "plan.json").read_text())
+    places = record["candidates"][record["chosen"]]["places"]
+    assert len(places) == 2
+    for place in places:
+        north, east = (
+            f"{int(abs(angle)):0{digits}d} {60 * (abs(angle) % 1):07.4f}'"
+            for angle, digits in ((place["lat_deg"], 2), (place["lon_deg"], 3))
+        )
+        assert f"{place['asv']} {north} N, {east} {'EW'[place['lon_deg'] < 0]}" in text
+    assert "2 vessels: mean position error 0.500 m" in text
+    assert "Goal for the worst AUV: mean position error below 1.00 m" in text
+    assert "ASV1 lost" in text or "ASV0 lost" in text
+    assert not [word for word in text.split() if "_" in word]
+
+
+def test_sheets_and_vehicle_plans_are_of_plans(run: Path, team: Path) -> None:
+    """A run has none, and a folder that holds other things is kept."""
+    for kind in ("qgc", "pdf"):
+        outcome = call("export", run, "--to", kind)
+        assert outcome.exit_code == 2
+        assert f"is no plan; {kind} is for the vessels and lanes of one" in outcome.output
+    (team / "qgc" / "mine.txt").write_text("kept")
+    outcome = call("export", team, "--to", "qgc", "--force")
+    (team / "qgc" / "mine.txt").unlink()
+    assert outcome.exit_code == 2
+    assert "holds mine.txt, which no export wrote, so it is not replaced" in outcome.output
+    assert call("export", team, "--to", "qgc", "--force").exit_code == 0

@@ -59,6 +59,19 @@ def test_the_lanes_of_a_plan_are_flown_from_its_gpx(
         assert off(after.path, [tuple(it) for it in looks.tolist()]) < 0.12 * radius + 0.3
 
 
+def test_vessels_on_the_move_are_no_routes_of_auvs(tmp_path: FilePath) -> None:
+    """Their ways are tracks in GPX, so that a plan's own file can be flown."""
+    (tmp_path / "plan.yaml").write_text(PLAN)
+    planned = Setup(load_scenario(tmp_path / "plan.yaml"))
+    ways = [[[0.0, 0.0], [50.0, 9.0]], [[9.0, 0.0], [70.0, 9.0]]]
+    write_plan(planned, tmp_path / "plan.gpx", "gpx", ways=ways)
+    text = (tmp_path / "plan.gpx").read_text()
+    assert "<trk><name>ASV1 (way)</name>" in text
+    option = "auvs.route={kind: waypoints, files: [plan.gpx]}"
+    drawn = Setup(load_scenario(tmp_path / "plan.yaml", overrides=[option]))
+    assert drawn.plans[0].path.length == pytest.approx(planned.plans[0].path.length, rel=0.02)
+
+
 def test_a_mission_flies_them_and_its_folder_keeps_the_file(
     tmp_path: FilePath, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,16 +19,20 @@ REMEDY = (
 )
 
 
+# Formats of plans alone
+OF_PLANS = ("gpx", "qgc", "pdf")
+
+
 @click.command()
 @folder_argument
 @click.option(
     "--to",
     "kind",
-    type=click.Choice(["mcap", "ros2bag", "csv", "geojson", "kml", "gpx"]),
+    type=click.Choice(["mcap", "ros2bag", "csv", "geojson", "kml", "kmz", "gpx", "qgc", "pdf"]),
     required=True,
     help="Format.",
 )
-@out_option("PATH", "File or folder (default DIR/NAME.mcap and so on, DIR/csv).")
+@out_option("PATH", "File or folder (default DIR/NAME.mcap and so on, DIR/csv, DIR/qgc).")
 @force_option("Replace an earlier export.")
 @json_option("name and contents")
 def export(folder: str, kind: str, out: str | None, force: bool) -> None:
@@ -36,17 +40,19 @@ def export(folder: str, kind: str, out: str | None, force: bool) -> None:
 
     mcap is one file for Foxglove, Lichtblick and PlotJuggler; ros2bag one for ROS 2 (fixes as they
     were delivered, estimates, the truth on /truth); csv is a folder with a file for each
-    table, for spreadsheets; geojson and kml are charts of the survey, the ASVs and the ways of the
-    AUVs, for maps, of a scenario that has a place on Earth. Of a plan's folder geojson, kml and gpx
-    are the team that is its answer: vessels, HF and MF ranges, and the lanes of the AUVs.
+    table, for spreadsheets; geojson, kml and kmz are charts of the survey, the ASVs and the ways of
+    the AUVs, for maps, of a scenario that has a place on Earth. Of a plan's folder geojson, kml,
+    kmz and gpx are the team that is its answer: vessels, HF and MF ranges, and the lanes of the
+    AUVs; qgc is a folder with a plan of each vehicle for QGroundControl, pdf a sheet for the
+    skipper.
     """
     source = Path(folder)
     from ..planning.folder import is_plan_folder
 
     if is_plan_folder(source):
         path, counts = _plan_to_chart(source, kind, out, force)
-    elif kind == "gpx":
-        refuse(f"{source} is no plan; gpx is for the vessels and lanes of one (--to kml)")
+    elif kind in OF_PLANS:
+        refuse(f"{source} is no plan; {kind} is for the vessels and lanes of one (--to kml)")
     elif kind == "csv":
         path, counts = _to_csv(source, out, force)
     else:
@@ -60,22 +66,33 @@ def _plan_to_chart(
     """Write the team of a plan as a chart; return its name and how much of everything is in it."""
     from ...core.setup import Setup
     from ..export.chart_files import WRITERS, write_plan
+    from ..export.vehicle_plans import write_vehicle_plans
+    from ..planning.aboard import plain_words, write_sheet
     from ..planning.folder import PlanError, drawn_team
-    from ..planning.plan_page import worded
 
-    if kind not in WRITERS:
+    kinds = tuple(dict.fromkeys((*WRITERS, *OF_PLANS)))
+    if kind not in kinds:
         refuse(
-            f"{source} is a plan, of many missions; export its team to {', '.join(WRITERS)}, a run "
+            f"{source} is a plan, of many missions; export its team to {', '.join(kinds)}, a run "
             f"of it (`bindusbl-des run {source / 'best.yaml'}`), or the campaign "
             f"{source / 'missions'} to csv"
         )
     with refusing(PlanError, OSError, ValueError):
         team = drawn_team(source)
-    path = Path(out) if out else source / f"plan.{kind}"
-    check_file(path, force)
-    about, setup = worded(team.told, team.goals), Setup.of(team.scenario)
+    path = Path(out) if out else source / (kind if kind == "qgc" else f"plan.{kind}")
+    if kind != "qgc":
+        check_file(path, force)
+    setup = Setup.of(team.scenario)
     with _chart(path, "plan anew"):
-        counts = write_plan(setup, path, kind, about=about, ways=team.ways, replace=force)
+        if kind == "qgc":
+            counts: Mapping[str, int] = write_vehicle_plans(setup, path, force=force)
+            talk(f"{team.whose}: {', '.join(f'{name}.plan' for name in counts)}")
+            return path, counts
+        if kind == "pdf":
+            counts = write_sheet(team, path, replace=force)
+        else:
+            told = plain_words(team)
+            counts = write_plan(setup, path, kind, about=told, ways=team.ways, replace=force)
     talk(f"{team.whose}: {_shapes(counts)}, {_size(path)}")
     return path, counts
 

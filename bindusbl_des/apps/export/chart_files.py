@@ -1,5 +1,5 @@
-"""A mission, or the team of a plan, as a chart, GeoJSON, KML or GPX: the survey area, where ASVs
-lie, and where AUVs went.
+"""A mission, or the team of a plan, as a chart, GeoJSON, KML, KMZ or GPX: the survey area, where
+ASVs lie, and where AUVs went.
 
 Lines and rings are cut where they cross 180 degrees: GeoJSON (RFC 7946, 3.1.9) asks for parts of
 which none crosses the antimeridian, and for exterior rings that go counter-clockwise (3.1.6).
@@ -13,15 +13,16 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 import shapely
 
 from ...core.geometry.formation import keep_station
-from ...core.geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
+from ...core.geometry.geodesy import degrees_text, minutes_text
 from ...core.setup import Setup
 from ...support.arrays import Floats
-from ...support.files import write_text
+from ...support.files import draft_of
 from ...support.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK
 
 if TYPE_CHECKING:
@@ -159,7 +160,8 @@ def _of_auv(kind: str, number: int) -> str:
 def write_chart(
     result: "Result", path: Path, kind: str, *, replace: bool = True
 ) -> Mapping[str, int]:
-    """Write a mission as a chart, "geojson" or "kml"; return how many shapes of each kind it has.
+    """Write a mission as a chart, "geojson", "kml" or "kmz"; return how many shapes of each kind it
+    has.
 
     Raises:
         ValueError: when the scenario is nowhere on Earth.
@@ -179,8 +181,8 @@ def write_plan(
     ways: Sequence[Places] = (),
     replace: bool = True,
 ) -> Mapping[str, int]:
-    """Write vessels, their ranges and the AUVs' lanes as a chart, "geojson", "kml" or "gpx"; errors
-    as :func:`write_chart`.
+    """Write vessels, their ranges and the AUVs' lanes as a chart, "geojson", "kml", "kmz" or "gpx";
+    errors as :func:`write_chart`.
 
     `about` is what the plan says, which vessels are told with; `ways` (n, 2), m, are those of
     vessels that move.
@@ -192,16 +194,26 @@ def write_plan(
 def _written(
     name: str, about: str, shapes: list[Drawn], path: Path, kind: str, replace: bool
 ) -> Mapping[str, int]:
-    write_text(path, WRITERS[kind](name, about, shapes), replace=replace)
+    with draft_of(path, replace=replace) as draft:
+        draft.write_bytes(WRITERS[kind](name, about, shapes).encode())
+        if kind == KMZ:
+            _pack(draft)
     kinds = [shape.kind for shape in shapes]
     return {kind: kinds.count(kind) for kind in dict.fromkeys(kinds)}
+
+
+def _pack(draft: Path) -> None:
+    """Make a KMZ of a KML file: a zip archive with it alone, the same for the same."""
+    text = draft.read_bytes()
+    with ZipFile(draft, "w", ZIP_DEFLATED) as archive:
+        archive.writestr(ZipInfo("doc.kml"), text, ZIP_DEFLATED)
 
 
 def drawn(result: "Result") -> Iterator[Drawn]:
     """Yield the survey area, a point for each ASV where it was at first, and the ways of AUVs and
     of ASVs that move: points, too, where a single place is known, as no line has one alone (3.1.4).
     """
-    on_earth = _earthly(result.setup)
+    on_earth = earthly(result.setup)
     yield _survey(result.setup)
     for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
@@ -230,7 +242,7 @@ def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Itera
     begin, and their `ways` (n, 2), m.
     """
     scenario = setup.scenario
-    on_earth = _earthly(setup)
+    on_earth = earthly(setup)
     yield _survey(setup)
     for number, way in enumerate(ways):
         yield _vessel(f"ASV{number}", on_earth(way[:1]), f"It moves; here it begins.\n{about}")
@@ -245,14 +257,22 @@ def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Itera
             corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
             circle = counter_clockwise(on_earth(corners.tolist()))
             yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
-    if not scenario.auvs.route.is_flown:
-        return
-    for number, plan in enumerate(setup.plans):
-        path = plan.path
-        steps = max(int(np.ceil(path.length / STEP_M)), 2)
-        lane = thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2])
+    for number, lane in enumerate(planned_lanes(setup)):
         look = _of_auv("auv", number)
         yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()), look)
+
+
+def planned_lanes(setup: Setup) -> list[Floats]:
+    """Return the way (n, 2), m, that each AUV is to go, thinned to what a chart shows; none where
+    AUVs fly no paths.
+    """
+    if not setup.scenario.auvs.route.is_flown:
+        return []
+    lanes = []
+    for path in (plan.path for plan in setup.plans):
+        steps = max(int(np.ceil(path.length / STEP_M)), 2)
+        lanes.append(thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2]))
+    return lanes
 
 
 def thinned(places: Floats) -> Floats:
@@ -266,22 +286,24 @@ def thinned(places: Floats) -> Floats:
     return np.asarray(shapely.get_coordinates(line))
 
 
-def _earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
-    """Return what places (m) of a scenario are on Earth: longitude and latitude (deg)."""
-    origin = setup.origin_deg
-    if origin is None:
-        raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
+def earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
+    """Return what places (m) of a scenario are on Earth: longitude and latitude (deg).
+
+    Raises:
+        ValueError: when it is nowhere.
+    """
+    if setup.origin_deg is None:
+        setup.on_earth(())  # which says so
 
     def on_earth(places: Iterable[Sequence[float]]) -> Positions:
-        found = (geodetic_from_ned((*place, 0.0), *origin) for place in places)
-        return [(lon, lat) for lat, lon, _ in found]
+        return [(lon, lat) for lat, lon, _ in setup.on_earth(places)]
 
     return on_earth
 
 
 def _survey(setup: Setup) -> Drawn:
     outline = setup.area.outline
-    ring = _earthly(setup)([*outline, outline[0]])
+    ring = earthly(setup)([*outline, outline[0]])
     return Drawn("Polygon", "survey area", counter_clockwise(ring))
 
 
@@ -354,8 +376,9 @@ def _gpx(name: str, about: str, shapes: list[Drawn]) -> str:
     """Return GPX 1.1: way points, of lines routes, of areas tracks, as it knows no polygon."""
     order = {"Point": 0, "LineString": 1, "Polygon": 2}  # as its schema asks
     marks = []
-    for feature in sorted(shapes, key=lambda shape: order[shape.kind]):
-        whole, part, at = GPX_SHAPES[feature.kind]
+    for feature in sorted(shapes, key=lambda shape: (order[shape.kind], shape.look == VESSEL)):
+        is_way = feature.kind == "LineString" and feature.look == VESSEL  # of a vessel: no route
+        whole, part, at = GPX_SHAPES["Polygon" if is_way else feature.kind]
         marked = "".join(
             f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in feature.positions
         )
@@ -380,8 +403,12 @@ GPX_SHAPES = {
     "Polygon": ("trk", "trkseg", "trkpt"),
 }
 
+# What is KML in a zip archive
+KMZ = "kmz"
+
 WRITERS: Mapping[str, Callable[[str, str, list[Drawn]], str]] = {
     "geojson": _geojson,
     "kml": _kml,
+    KMZ: _kml,
     "gpx": _gpx,
 }

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
-from ...core.geometry.geodesy import degrees_text, geodetic_from_ned, minutes_text
+from ...core.geometry.geodesy import degrees_text, minutes_text
 from ...core.results.result import scenario_sha256, versions
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
@@ -224,6 +224,15 @@ def remedy_text(outcome: Outcome) -> str | None:
     return " ".join(filter(None, [first, outcome.further, *most]))
 
 
+def where_texts(place: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield a place of `plan.json` in degrees, and in degrees and minutes; nothing of one that is
+    nowhere on Earth.
+    """
+    lat, lon = place.get("lat_deg"), place.get("lon_deg")
+    if lat is not None and lon is not None:
+        yield degrees_text(lat, lon), minutes_text(lat, lon)
+
+
 def summary(record: Mapping[str, Any], folder: str) -> str:
     """Return a plan as a planner reads it in the terminal, from what `plan.json` holds."""
     lines = [filled(record["told"][0])]
@@ -251,8 +260,7 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
 
 def where_text(place: Mapping[str, Any]) -> str:
     """Return a recorded place in degrees, and in degrees and minutes; "" if it is not on Earth."""
-    where = place["lat_deg"], place["lon_deg"]
-    return "" if None in where else f"{degrees_text(*where)} ({minutes_text(*where)})"
+    return "".join(f"{degrees} ({minutes})" for degrees, minutes in where_texts(place))
 
 
 def _doubt_text(doubted: Mapping[str, Any], known: Mapping[str, Any] | None) -> str:
@@ -335,15 +343,21 @@ def _candidate(outcome: Outcome, number: int, ways: Mapping[str, Any] | None) ->
 
 def _places(team: Team, ways: Mapping[str, Any] | None) -> list[dict[str, Any]]:
     """Return where each ASV of a team lies, or begins, also on Earth."""
-    origin, places = team.setup.origin_deg, team.stations.tolist()
+    places = team.stations.tolist()
     if ways is not None:
         places = [asv["places_m"][0] for asv in ways["asvs"]]
-    rows = []
-    for number, (x, y) in enumerate(places):
-        lat, lon = (None, None) if origin is None else geodetic_from_ned((x, y, 0.0), *origin)[:2]
-        metres = {"x_m": round(x, 3) + 0.0, "y_m": round(y, 3) + 0.0}
-        rows.append({"asv": f"ASV{number}", **metres, "lat_deg": lat, "lon_deg": lon})
-    return rows
+    on_earth = located(team.setup, places)
+    return [{"asv": f"ASV{number}", **place} for number, place in enumerate(on_earth)]
+
+
+def located(setup: Setup, places: Sequence[Sequence[float]]) -> list[dict[str, float | None]]:
+    """Return places (n, 2), m, as `plan.json` has them, also on Earth, if the scenario is there."""
+    nowhere = [(None, None)] * len(places)
+    on_earth = nowhere if setup.origin_deg is None else setup.on_earth(places)
+    return [
+        {"x_m": round(x, 3) + 0.0, "y_m": round(y, 3) + 0.0, "lat_deg": lat, "lon_deg": lon}
+        for (x, y), (lat, lon, *_) in zip(places, on_earth, strict=True)
+    ]
 
 
 def best_yaml(scenario: Scenario, sentence: str) -> str:

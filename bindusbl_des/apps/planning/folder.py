@@ -20,7 +20,7 @@ from .question import Question
 
 QUESTION, PLAN, BEST, PAGE = "question.json", "plan.json", "best.yaml", "plan.html"
 MISSIONS, DOUBTS = "missions", "sensitivity"
-CHARTS = ("plan.geojson", "plan.kml", "plan.gpx")
+CHARTS = ("plan.geojson", "plan.kml", "plan.kmz", "plan.gpx", "plan.pdf", "qgc")
 OURS = {QUESTION, PLAN, BEST, PAGE, MISSIONS, DOUBTS, *CHARTS, *FOLDERS}
 
 COMPLETE, CUT = "complete", "cut"
@@ -82,8 +82,8 @@ def shown_first(record: Mapping[str, Any]) -> int | None:
 
 class DrawnTeam(NamedTuple):
     """The team that a plan's page draws: which it is in words, its number among the candidates and
-    what it is in words, what the plan says of it, its goals as they are recorded, and the ways
-    (n, 2), m, of ASVs that move.
+    what it is in words, what the plan says of it, its goals and doubts as they are recorded, and
+    the ways (n, 2), m, of ASVs that move.
     """
 
     scenario: Scenario
@@ -92,6 +92,7 @@ class DrawnTeam(NamedTuple):
     team: str
     told: str
     goals: Sequence[Mapping[str, Any]]
+    doubts: Sequence[Mapping[str, Any]]
     ways: tuple[list[list[float]], ...]
 
 
@@ -110,7 +111,8 @@ def drawn_team(folder: Path) -> DrawnTeam:
             candidate = record["candidates"][shown]
             moving = record.get("ways") or {"asvs": []}
             ways = tuple([list(place) for place in way["places_m"]] for way in moving["asvs"])
-            about = shown, candidate["team"], record["told"][0], record["goal"], ways
+            told, goal, doubts = record["told"][0], record["goal"], record["sensitivity"]
+            about = shown, candidate["team"], told, goal, doubts, ways
             is_met, keys = record["answer"] is not None, candidate["keys"]
     if shown is None:
         raise PlanError(f"{folder}: no team was flown yet; `bindusbl-des resume` goes on")

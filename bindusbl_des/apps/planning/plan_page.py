@@ -10,7 +10,6 @@ from string import Template
 from types import MappingProxyType
 from typing import Any
 
-from ...core.geometry.geodesy import degrees_text, minutes_text
 from ...core.records.metrics import SHARES, name_of, unit_of
 from ...core.scenario import families
 from ...core.scenario.scenario import Scenario
@@ -20,6 +19,7 @@ from ..campaigns.statistics.intervals import short_key, written
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
+from .answer_text import where_texts
 from .doubting import became_of, by_surprise
 from .folder import shown_first
 from .prediction.gathering import inputs_of
@@ -290,11 +290,11 @@ def _places(record: Record) -> str:
         (
             str(place.get("asv")),
             *(number(place.get(axis), 1) for axis in ("x_m", "y_m")),
-            degrees_text(*where),
-            minutes_text(*where),
+            degrees,
+            minutes,
         )
         for place in record["candidates"][shown]["places"]
-        if None not in (where := (place.get("lat_deg"), place.get("lon_deg")))
+        for degrees, minutes in where_texts(place)
     ]
     if not rows:
         return ""
@@ -327,8 +327,8 @@ def _fragile(record: Record) -> str:
         told = f"; {parted(known, 0, shown['factor'])[0]} if the filter knows" if known else ""
         items += filled(
             "<li>{what}: <b>{verdict}</b> ({mean} {unit} instead of {planned}{told})</li>",
-            what=_condition(case),
-            verdict=_verdict(case),
+            what=condition(case),
+            verdict=verdict(case),
             mean=parted(case, 0, shown["factor"])[0],
             planned=parted(case.get("as_planned"), 0, shown["factor"])[0],
             unit=shown["unit"],
@@ -349,11 +349,13 @@ def _is_untold(cases: Sequence[Record]) -> bool:
     return all("known" in case for case in cases)
 
 
-def _condition(case: Record) -> str:
+def condition(case: Record) -> str:
+    """Return in words what is not as planned in a case."""
     return case.get("told") or named(case.get("keys") or {})
 
 
-def _verdict(case: Record) -> str:
+def verdict(case: Record) -> str:
+    """Return in words what becomes of the goals in a case."""
     marks = {True: "✓ ", False: "✗ ", None: ""}
     return marks[case.get("met")] + became_of(case)
 
@@ -484,7 +486,7 @@ def _sensitivity(record: Record) -> str:
             numbers.append(interval(case, place, goal["factor"]))
             numbers.append(parted(case.get("as_planned"), place, goal["factor"])[0])
             numbers.append(interval(case.get("difference"), place, goal["factor"]))
-        rows.append([_condition(case), *numbers, number(case.get("missions"), 0), _verdict(case)])
+        rows.append([condition(case), *numbers, number(case.get("missions"), 0), verdict(case)])
     return (
         '<section id="sensitivity"><h2>If it is not as planned, in numbers</h2>'
         '<p class="note">The answer, '

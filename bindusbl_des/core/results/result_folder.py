@@ -255,7 +255,7 @@ DRAWN = {f"{kind}.{suffix}" for kind in KINDS for suffix in ("png", "svg", "pdf"
 
 # What `export` makes of it: one file, or a folder of them; campaigns have a table of missions
 # as well.
-EXPORTED = ("mcap", "ros2.mcap", "geojson", "kml")
+EXPORTED = ("mcap", "ros2.mcap", "geojson", "kml", "kmz")
 CSV, CSV_DICTIONARY = "csv", "columns.csv"
 CSV_FILES = {CSV_DICTIONARY, "missions.csv", *(f"{name}.csv" for name in TABLES)}
 

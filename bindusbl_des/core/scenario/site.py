@@ -6,7 +6,7 @@ placement or route says is asked for once.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 from ...support.facts import Facts, fact
@@ -501,6 +501,19 @@ class Site(Facts):
         for number, problem in found:
             raise ValueError(f"{section}.files.{number}: {problem}")
         return tuple(tracks)
+
+    def on_earth(self, places: Iterable[Sequence[float]]) -> list[tuple[float, float, float]]:
+        """Return latitude, longitude (deg) and height (m) of places [x, y] or [x, y, z] (m).
+
+        Raises:
+            ValueError: when the site is nowhere on Earth.
+        """
+        from ..geometry.geodesy import geodetic_from_ned
+
+        origin = self.origin_deg
+        if origin is None:
+            raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
+        return [geodetic_from_ned((*place, 0.0)[:3], *origin) for place in places]
 
     @property
     def _known_origin(self) -> Position:

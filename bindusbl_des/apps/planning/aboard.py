@@ -1,0 +1,122 @@
+"""What of a plan goes aboard: in plain words, without the keys of its network."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...core.setup import Setup
+from ...support.wording import counted, timed
+from .answer_text import located, where_texts
+from .doubting import by_surprise
+from .folder import DrawnTeam
+from .plan_page import condition, goal_text, interval, parted, units, verdict, worded
+
+Record = Mapping[str, Any]
+
+# What is counted on: a doubt that the plan does not keep stands first.
+ORDER = {False: 0, None: 1, True: 2}
+
+
+# Columns of its tables, each with its share of the width
+PLACES = (("", 0.13), ("degrees and minutes", 0.36), ("degrees", 0.31), ("north, east (m)", 0.2))
+DOUBTS = (("if", 0.42), ("{}", 0.24), ("told", 0.08), ("as planned", 0.12), ("goal", 0.14))
+IF_NOT = "If it is not as planned (simulated; told: to the filters of the AUVs)"
+KEY = "Stars: vessels; dashed: how far they hear AUVs; coloured: lanes of AUVs."
+
+
+def plain_words(team: DrawnTeam) -> str:
+    """Return what a plan says of a team: how many vessels, what they reach, and its goal."""
+    vessels = counted(team.scenario.asvs.count, "vessel")
+    return worded(team.told.replace(team.team, vessels), team.goals)
+
+
+def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[str, int]:
+    """Write the sheet of a plan for its skipper, chart, places and doubts, as PDF; return how many
+    pages it has.
+
+    Raises:
+        ValueError: when the scenario is nowhere on Earth.
+        FileExistsError: when the file is there, and not to be replaced.
+        OSError: when it cannot be written.
+    """
+    from ..export.chart_files import planned_lanes
+    from ..figures.skippers import Sheet, Table, room_for, skippers_sheet
+    from ..figures.style import save, styled
+
+    setup = Setup.of(team.scenario)
+    [middle] = setup.on_earth([(0.0, 0.0)])
+    lanes = planned_lanes(setup)
+    goals = [{**goal, **units(goal["metric"])} for goal in team.goals]
+    paragraphs = [plain_words(team), *_fleet(setup)]
+    places, doubts = _places(team, setup, lanes), _doubts(team.doubts, goals)
+    room = room_for(paragraphs, 2)
+    doubts = _cut(doubts, max(room - len(places), room // 2), "in plan.html")
+    places = _cut(places, room - len(doubts), "in plan.json")
+    begins = f"Where vessels {'begin' if team.ways else 'lie'} and AUVs begin (WGS-84)"
+    tables = [Table(begins, PLACES, places)]
+    if doubts:
+        reached = f"{goals[0]['words']} ({goals[0]['unit']})"
+        columns = [(name.format(reached), share) for name, share in DOUBTS]
+        tables.append(Table(IF_NOT, columns, doubts))
+    [(_, origin)] = where_texts(dict(zip(("lat_deg", "lon_deg"), middle, strict=False)))
+    foot = f"{KEY} x = y = 0 of the plan is {origin}. Not for navigation."
+    subtitle = "; ".join(map(goal_text, goals))
+    sheet = Sheet(team.scenario.name, subtitle, paragraphs, tables, foot)
+    with styled():
+        save(skippers_sheet(setup, sheet, lanes, team.ways), path, replace=replace)
+    return {"page": 1}
+
+
+def _fleet(setup: Setup) -> list[str]:
+    """Return what AUVs do, in a sentence."""
+    auvs, survey = setup.scenario.auvs, setup.scenario.survey
+    depths = sorted({survey.depth(auv) for auv in range(auvs.count)})
+    speeds = sorted(set(auvs.speeds))
+    deep, fast = (" to ".join(f"{one:g}" for one in dict.fromkeys((ends[0], ends[-1])))
+                  for ends in (depths, speeds))  # fmt: skip
+    text = f"{counted(auvs.count, 'AUV')}, {deep} m deep, {fast} m/s"
+    ends = float(setup.scenario.duration_s)
+    try:
+        flown = float(setup.survey_end_s)
+    except ValueError:  # they have no end that is known
+        return [f"{text}. The mission ends after {timed(ends)}."]
+    if flown > ends:
+        return [f"{text}. The mission ends after {timed(ends)}; all lanes take {timed(flown)}."]
+    return [f"{text}. All lanes are flown after {timed(flown)}; the mission takes {timed(ends)}."]
+
+
+def _places(team: DrawnTeam, setup: Setup, lanes: Sequence[Any]) -> list[tuple[str, ...]]:
+    stations = [tuple(way[0]) for way in team.ways] or setup.kept_stations_m
+    named = [(f"ASV{number}", tuple(place)) for number, place in enumerate(stations)]
+    named += [(f"AUV{number}", tuple(lane[0].tolist())) for number, lane in enumerate(lanes)]
+    on_earth = located(setup, [place for _, place in named])
+    return [
+        (name, minutes, degrees, f"{place['x_m']:.1f}, {place['y_m']:.1f}")
+        for (name, _), place in zip(named, on_earth, strict=True)
+        for degrees, minutes in where_texts(place)
+    ]
+
+
+def _doubts(cases: Sequence[Record], goals: Sequence[Record]) -> list[tuple[str, ...]]:
+    """Return what becomes of the first goal in each doubt that filters do not know of, and if they
+    do; those that the goal does not survive first.
+    """
+    factor = goals[0]["factor"]
+    return [
+        (
+            condition(case),
+            interval(case, 0, factor),
+            "" if known is None else parted(known, 0, factor)[0],
+            parted(case.get("as_planned"), 0, factor)[0],
+            verdict(case),
+        )
+        for case, known in sorted(by_surprise(cases), key=lambda pair: ORDER[pair[0].get("met")])
+    ]
+
+
+def _cut(rows: list[tuple[str, ...]], most: int, where: str) -> list[tuple[str, ...]]:
+    """Return as many rows as there is room for, and where the others are."""
+    if len(rows) <= most:
+        return rows
+    kept = rows[: max(most - 1, 1)]
+    return [*kept, (f"and {len(rows) - len(kept)} more", where, *([""] * (len(rows[0]) - 2)))]
