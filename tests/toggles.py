@@ -92,6 +92,7 @@ OTHERS: dict[str, list[Any]] = {
     "auvs.route.end_margin_m": [2.0, 11.0],
     "auvs.route.surface_every_s": [9.0],
     "survey.rotation_deg": [25.0],
+    "environment.surface_m": [372.0],
     "survey.crs": ["EPSG:32760"],
     "survey.area_name": ["north"],
     "auvs.route.crs": ["EPSG:32760"],
@@ -143,6 +144,7 @@ OTHERS: dict[str, list[Any]] = {
 
 # What tables do not show: names, places for exports, lists that belong to a number of vehicles.
 UNSEEN = (
+    "environment.surface_m", "auvs.endurance_s",
     "name", "environment.origin.lat_deg", "environment.origin.lon_deg", "auvs.route.positions_m",
     "auvs.route.points_m", "auvs.route.files", "auvs.route.time_offset_s",
     "asvs.formation.positions_m", "asvs.formation.model", "environment.ctd",

@@ -232,7 +232,7 @@ class Setup(Sensors):
     def _lines(self) -> Iterator[str]:
         """Yield what a reader wants to see first."""
         scenario, slots = self.scenario, self.slots
-        yield f"{scenario.name}: {self.area.words}, {scenario.duration_s:g} s"
+        yield f"{scenario.name}: {self.area.words}, {scenario.lasting}"
         if self.origin_deg is not None:
             yield f"x = y = 0 at {self.origin_deg[0]:.6f}, {self.origin_deg[1]:.6f} deg"
         hf, mf = scenario.acoustics.hf.range_m, scenario.acoustics.mf.range_m

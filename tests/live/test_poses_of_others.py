@@ -330,3 +330,14 @@ def test_the_command_waits_for_poses_and_tells_of_them(tmp_path: Path) -> None:
     assert of_it[["x_m", "y_m", "z_m"]].to_numpy() == pytest.approx(
         np.array([[3, 4, 5]] * len(of_it))
     )
+
+
+def test_poses_by_gga_are_depths_below_the_lake() -> None:
+    ear = Received("127.0.0.1", 0, 1, (47.25, 8.6, 372.0))
+    try:
+        ear.take(b"$GPGGA,120000,4715.000,N,00836.000,E,1,08,1.0,366.5,M,0.0,M,,")
+        ear.take(b"$GPHDT,90.0,T")
+        [pose] = ear.advance_to(0.0)["auvs"]
+    finally:
+        ear.close()
+    assert pose[:3] == pytest.approx([0.0, 0.0, 5.5], abs=1e-6)

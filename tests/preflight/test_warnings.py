@@ -321,6 +321,44 @@ def test_a_mission_that_is_longer_than_its_survey_says_so(vehicle: str) -> None:
     assert not said(5000.0, auvs={"route": {"kind": "waypoints", "points_m": there}})
 
 
+def test_auvs_that_run_empty_before_their_survey_is_flown_are_told() -> None:
+    """With what they can, what they need, and what to do; one that suffices is not mentioned."""
+    base: dict[str, Any] = {"duration_s": "survey", "auvs": {"speed_m_per_s": 0.2}}
+    lanes = Setup(Scenario.model_validate({"name": "m", **base})).flown_s
+    assert max(lanes) > 3000.0
+    short, enough = 1800.0, max(lanes) + 1.0
+
+    def said(can: float, **changes: Any) -> str | None:
+        auvs = {**base["auvs"], "endurance_s": can}
+        return told(**{**base, "auvs": auvs, **changes}).get("auvs.endurance_s")
+
+    found = said(short)
+    assert found is not None
+    assert "is 0:30 h, and AUV0, AUV1, AUV2 are through with the lanes after 0:5" in found
+    assert said(enough) is None
+    longer = said(enough, duration_s=20_000.0)
+    assert longer is not None
+    assert "the mission takes 5:33 h; all lanes are flown after 0:5" in longer
+    assert "write `duration_s: survey`" in longer
+
+
+def test_ranges_seen_from_above_in_deep_water_are_told() -> None:
+    """Where AUVs are deeper than a fifth of one; the paper's are not, nor are slant ranges."""
+    hf, mf = {"range_m": 150.0}, {"range_m": 400.0}
+    deep = told(survey={"side_m": 300.0, "depth_m": 40.0}, acoustics={"hf": hf, "mf": mf})
+    words = "is 150 m seen from above: sound to an AUV at 40 m there goes 155.2 m; data sheets"
+    assert words in deep["acoustics.hf.range_m"]
+    assert "acoustics.mf.range_m" not in deep
+    at_most = told(survey={"side_m": 300.0, "depth_m": 30.0}, acoustics={"hf": hf, "mf": mf})
+    assert "acoustics.hf.range_m" not in at_most
+    slant = told(
+        survey={"side_m": 300.0, "depths_m": [40.0, 90.0, 10.0]},
+        acoustics={"hf": {**hf, "range_metric": "slant"}, "mf": mf},
+    )
+    assert "acoustics.hf.range_m" not in slant
+    assert "is 400 m seen from above: sound to an AUV at 90 m" in slant["acoustics.mf.range_m"]
+
+
 def test_vessels_too_far_away_to_hear_anybody_are_told() -> None:
     """A square of 200 m, HF reaches 50 m: who is 150 m from its middle is heard at the edge."""
     square = {"side_m": 200.0}

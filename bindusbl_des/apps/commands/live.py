@@ -320,7 +320,7 @@ def _listening(poses: str, bind: str, setup: "Setup", stack: ExitStack) -> "Rece
     scenario = setup.scenario
     try:
         depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
-        ear = Received(bind, int(port), len(depths), setup.origin_deg, depths)
+        ear = Received(bind, int(port), len(depths), setup.ground, depths)
     except OSError as error:
         refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")
     stack.callback(ear.close)

@@ -252,7 +252,7 @@ def models(scenario: "Scenario") -> str:
         parts = ""
     return (
         f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
-        f"{counted(asvs.count, 'ASV')} ({asvs.words}), {scenario.duration_s:g} s, "
+        f"{counted(asvs.count, 'ASV')} ({asvs.words}), {scenario.lasting}, "
         f"{parts}{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )
 

@@ -208,7 +208,7 @@ NAMES = {"{}": "location", "{}/estimate": "location/estimate", "{}/imu": "locati
 
 def location_streams(result: "Result") -> Iterator[Messages]:
     """Yield the positions of all vehicles and the fixes, WGS-84; none if there is no origin."""
-    origin = result.setup.origin_deg
+    origin = result.setup.ground
     if origin is not None:
         yield _vehicles(result, origin)
         yield _fixes(result, origin)
@@ -221,7 +221,7 @@ def fix_covariance(row: dict[str, Any]) -> Floats:
     return np.array([[variance[0], xy, xz], [xy, variance[1], yz], [xz, yz, variance[2]]])
 
 
-def _vehicles(result: "Result", origin: tuple[float, float]) -> Messages:
+def _vehicles(result: "Result", origin: tuple[float, float, float]) -> Messages:
     for row in rows_in_time(result.arrow["tracks"], "time_s"):
         for frame, columns in FRAMES.items():
             place = [row[column] for column in columns]
@@ -231,7 +231,7 @@ def _vehicles(result: "Result", origin: tuple[float, float]) -> Messages:
                 yield ViewerMessage(at_s, f"/{name}/{NAMES[frame]}", location)
 
 
-def _fixes(result: "Result", origin: tuple[float, float]) -> Messages:
+def _fixes(result: "Result", origin: tuple[float, float, float]) -> Messages:
     for row in rows_in_time(result.arrow["fixes"], "pinged_at_s"):
         name, at_s = row["auv"], row["pinged_at_s"]
         place = [row["x_m"], row["y_m"], row["z_m"]]
@@ -242,7 +242,7 @@ def _fixes(result: "Result", origin: tuple[float, float]) -> Messages:
 
 def _location(
     place: Sequence[float],
-    origin: tuple[float, float],
+    origin: tuple[float, float, float],
     at_s: float,
     frame: str,
     covariance: Sequence[float] | None = None,

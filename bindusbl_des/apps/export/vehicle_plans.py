@@ -47,13 +47,14 @@ def objection_to_plans(folder: Path) -> str | None:
 
 def _plans(setup: Setup) -> Iterator[tuple[str, dict[str, Any]]]:
     on_earth, auvs = earthly(setup), setup.scenario.auvs
+    surface_m = setup.scenario.environment.surface_m
     for number, lane in enumerate(planned_lanes(setup)):
         depth, speed = setup.scenario.survey.depth(number), auvs.speed(number)
         items = [_item(SPEED, [1, speed, -1, 0, 0, 0, 0])]
         items += [_at(WAYPOINT, *place, -depth) for place in on_earth(lane.tolist())]
-        yield f"AUV{number}", _plan(items, SUBMARINE, speed)
+        yield f"AUV{number}", _plan(items, SUBMARINE, speed, surface_m)
     for number, place in enumerate(on_earth(setup.kept_stations_m)):
-        yield f"ASV{number}", _plan([_at(STAY, *place, 0.0)], BOAT, 1.0)
+        yield f"ASV{number}", _plan([_at(STAY, *place, 0.0)], BOAT, 1.0, surface_m)
 
 
 def _at(command: int, lon: float, lat: float, altitude: float) -> dict[str, Any]:
@@ -66,7 +67,9 @@ def _item(command: int, params: Sequence[Any], frame: int = NO_PLACE) -> dict[st
     return {**said, "command": command, "frame": frame, "params": list(params)}
 
 
-def _plan(items: list[dict[str, Any]], vehicle: int, speed: float) -> dict[str, Any]:
+def _plan(
+    items: list[dict[str, Any]], vehicle: int, speed: float, surface_m: float
+) -> dict[str, Any]:
     for number, item in enumerate(items, 1):
         item["doJumpId"] = number
     lat, lon = next(item["params"][4:6] for item in items if item["frame"] == ABOVE_HOME)
@@ -81,7 +84,7 @@ def _plan(items: list[dict[str, Any]], vehicle: int, speed: float) -> dict[str, 
             "cruiseSpeed": speed,
             "hoverSpeed": speed,
             "globalPlanAltitudeMode": 1,
-            "plannedHomePosition": [lat, lon, 0],
+            "plannedHomePosition": [lat, lon, surface_m],
             "items": items,
         },
         "geoFence": {"circles": [], "polygons": [], "version": 2},

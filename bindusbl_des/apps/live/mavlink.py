@@ -97,10 +97,11 @@ class GpsInputs:
         if isinstance(reading, FixReading):
             fix, across = reading.fix, math.hypot(reading.fix.sd_x_m, reading.fix.sd_y_m)
             given = _fix((fix.x_m, fix.y_m, fix.z_m), fix.valid_at_s, across, earth)
-            given = given._replace(alt=-fix.z_m, vert_accuracy=fix.sd_z_m)
+            given = given._replace(alt=earth.surface_m - fix.z_m, vert_accuracy=fix.sd_z_m)
         elif isinstance(reading, Gnss) and reading.vehicle.startswith("AUV"):
             given = _fix(reading.place, reading.at_s, math.sqrt(2.0) * reading.sd_m, earth)
-            given = given._replace(ignore_flags=IGNORED | VERTICAL_ACCURACY)
+            flags = IGNORED | VERTICAL_ACCURACY
+            given = given._replace(alt=earth.surface_m, ignore_flags=flags)
         elif isinstance(reading, EstimateReading):
             last = self._last.get(reading.vehicle, -math.inf)
             given = NOTHING if reading.at_s - last > STALE_S else None

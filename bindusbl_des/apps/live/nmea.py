@@ -40,7 +40,7 @@ def sentences(reading: Reading, earth: Earth) -> Iterator[str]:
     time = f"{when:%H%M%S}.{when.microsecond // 10_000:02d}"
     if isinstance(reading, Gnss):
         lat, lon, _ = earth.geodetic(reading.place)
-        yield _gga(time, lat, lon, GNSS_FIX, SATELLITES, 0.0)
+        yield _gga(time, lat, lon, GNSS_FIX, SATELLITES, earth.surface_m)
         speed, course = _over_ground(reading.velocity)
         where = f"{_latitude(lat)},{_longitude(lon)}"
         yield sentence("GPRMC", time, "A", where, speed, course, f"{when:%d%m%y}", "", "", "A")
@@ -51,7 +51,7 @@ def sentences(reading: Reading, earth: Earth) -> Iterator[str]:
         yield _psimssb(time, reading)
     elif isinstance(reading, EstimateReading):
         lat, lon, _ = earth.geodetic(reading.place)
-        yield _gga(time, lat, lon, ESTIMATED, 0, -reading.place[2])
+        yield _gga(time, lat, lon, ESTIMATED, 0, earth.surface_m - reading.place[2])
 
 
 def _gga(time: str, lat: float, lon: float, quality: int, used: int, height: float) -> str:

@@ -73,7 +73,7 @@ class Received:
         host: str,
         port: int,
         auvs: int,
-        origin: tuple[float, float] | None,
+        origin: Sequence[float] | None,
         depths_m: Sequence[float] = (),
     ) -> None:
         """Listen to datagrams on a port; AUVs of which no depth is said are at `depths_m` (at the
@@ -94,6 +94,7 @@ class Received:
         #: The port that it listens on; of port 0 the one that was free.
         self.port = self._socket.getsockname()[1]
         self._origin = origin
+        self._surface_m = 0.0 if origin is None else (*origin, 0.0)[2]
         self._said: list[Said] = [{"z": depth} for depth in depths_m or [0.0] * auvs]
         self._goals, self._given = np.full((auvs, 4), np.nan), np.full((auvs, 4), np.nan)
         self._placed_at = [math.nan] * auvs  # a heading alone says nothing of a place
@@ -165,6 +166,9 @@ class Received:
             raise Nonsense("of no AUV that there is")
         if not all(math.isfinite(number) for number in said.values()):
             raise Nonsense("not finite")
+        if "height" in said:
+            where = {name: value for name, value in said.items() if name != "height"}
+            said = {**where, "z": self._surface_m - said["height"]}
         if {"lat", "x"} & set(said):  # a place of one frame takes the place of the other's
             before = self._said[auv]
             known = {"yaw": before.get("yaw", 0.0), "z": before["z"]} | said
@@ -274,7 +278,7 @@ def _of_sentence(text: bytes) -> tuple[int, Said] | None:
         if len(fields) > 8 and fields[8]:  # without it nothing is said of the depth
             if fields[9] != "M":
                 raise Nonsense("of a height that is not in metres")
-            said["z"] = -float(fields[8])
+            said["height"] = float(fields[8])
         return 0, said
     except (ValueError, IndexError) as error:
         raise Nonsense(str(error) if isinstance(error, Nonsense) else "not understood") from None

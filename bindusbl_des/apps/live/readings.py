@@ -111,10 +111,17 @@ Reading = (
 
 
 class Earth(NamedTuple):
-    """Where x = y = 0 lies (latitude, longitude, deg; None: nowhere), and when (UTC) 0 s was."""
+    """Where x = y = 0 lies at the surface (latitude, longitude, deg, height, m; None: nowhere), and
+    when (UTC) 0 s was.
+    """
 
-    origin: tuple[float, float] | None
+    origin: tuple[float, float, float] | None
     start: datetime
+
+    @property
+    def surface_m(self) -> float:
+        """The height of the water (m)."""
+        return 0.0 if self.origin is None else self.origin[2]
 
     def utc(self, at_s: float) -> datetime:
         """Return the instant (UTC) of a mission's instant (s)."""
@@ -129,7 +136,7 @@ class Earth(NamedTuple):
 
 def earth_of(setup: Setup, start: datetime) -> Earth:
     """Return where and when a scenario takes place."""
-    return Earth(setup.origin_deg, start)
+    return Earth(setup.ground, start)
 
 
 class Instruments:

@@ -12,7 +12,7 @@ from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
 from ...support.kept_files import portable
 from ...support.wording import amount, counted, filled, significant, with_ends
-from ..preflight.whereabouts import idle
+from ..preflight.whereabouts import idle, tired
 from .doubting import became_of, by_surprise, plainly
 from .folder import COMPLETE, CUT, shown_first
 from .goals import Goal, limits_text, unit_of_goal, value_text
@@ -160,7 +160,7 @@ def caveats(outcome: Outcome) -> Iterator[str]:
             "teams were flown with protocol.downlink.reply: frame."
         )
     shown = question.base if outcome.shown is None else outcome.teams[outcome.shown].scenario
-    for longer in idle(Setup.of(shown)):
+    for longer in (*idle(Setup.of(shown)), *tired(Setup.of(shown))):
         yield f"{longer.key} {longer.message}."
     if outcome.team is not None:
         yield from _unvaried(outcome)

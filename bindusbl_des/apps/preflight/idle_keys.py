@@ -239,6 +239,14 @@ RULES = (
     ),
     idle({"survey.area": (None,)}, "survey.{crs,area_name}", "no chart has the area"),
     idle(
+        {
+            "environment.origin.lat_deg": (None,),
+            **{f"survey.{name}": (None,) for name in ("area", "polygon_deg")},
+        },
+        "environment.surface_m",
+        "the site is nowhere on Earth",
+    ),
+    idle(
         {"auvs.route.kind": ("waypoints",), "auvs.route.files": ((),)},
         "auvs.route.{crs,routes}",
         "no chart has the ways",

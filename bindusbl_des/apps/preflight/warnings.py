@@ -74,11 +74,12 @@ def _left_out(setup: Setup) -> Iterator[Problem]:
 def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
     """Yield the key of each file with rows, what reads it, and what that is to be given."""
     route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    surface_m = scenario.environment.surface_m
     for section, asked in (("auvs.route", route), ("asvs.formation", placement)):
         for number, source in enumerate(asked.sources if asked else ()):
             from ...models.charts.recordings import read_recording  # brings numpy, as tracks do
 
-            yield f"{section}.files.{number}", read_recording, *source
+            yield f"{section}.files.{number}", read_recording, *source, surface_m
     if scenario.environment.ctd is not None:
         from ...core.sea.water_column import read_cast
 
@@ -254,9 +255,10 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(_former_words, bands.believed, bands.modems, bands.overheads, bands.deliveries),
     *(bands.tables, bands.echoes, bands.messages, bands.last_slots, bands.answers),
     *(bands.backlog, bands.guards, places.formation, places.deep, bands.steep),
-    *(bands.frames, places.anchors, failing, _dissemination, idle.sheet, _lobes, _flat),
+    *(places.aslant, bands.frames, places.anchors, failing, _dissemination, idle.sheet),
+    *(_lobes, _flat),
     *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
-    *(places.routes, places.idle, places.bays, places.tracks, perhaps_carried_away),
+    *(places.routes, places.idle, places.tired, places.bays, places.tracks, perhaps_carried_away),
     *(_left_out, _frames, _ticks, _samples, idle.idle_keys),
 )
 

@@ -1,5 +1,6 @@
 """Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 from ...core.scenario.scenario import Scenario
@@ -158,6 +159,57 @@ def idle(setup: Setup) -> Iterator[Problem]:
             f"`duration_s: survey` to end with it",
             ("auvs.route",),
         )
+
+
+def tired(setup: Setup) -> Iterator[Problem]:
+    """Yield which AUVs are to be longer in the water than they can."""
+    scenario, can = setup.scenario, setup.scenario.auvs.endurance_s
+    end = float(scenario.duration_s)
+    if can is None or end <= can:
+        return
+    key, others = "auvs.endurance_s", ("duration_s", "auvs.route", "auvs.speed_m_per_s")
+    try:
+        flown = setup.flown_s if scenario.auvs.route.is_flown else ()
+    except ValueError:
+        flown = ()
+    late = [auv for auv, after in enumerate(flown) if after > can]
+    if late:
+        longest = max(flown)
+        yield Problem(
+            key,
+            f"is {timed(can)}, and {named('AUV', late)} through with the lanes after "
+            f"{timed(longest)} at the latest: use more AUVs, lanes further apart, or more speed",
+            others,
+        )
+    elif flown:
+        yield Problem(
+            key,
+            f"is {timed(can)}, and the mission takes {timed(end)}; all lanes are flown after "
+            f"{timed(max(flown))}: write `duration_s: survey` to end with them",
+            others,
+        )
+    else:
+        yield Problem(key, f"is {timed(can)}, and the mission takes {timed(end)}", others)
+
+
+# Data sheets give ranges aslant; seen from above an AUV deeper than this share is farther away.
+DEEP_SHARE = 0.2
+
+
+def aslant(setup: Setup) -> Iterator[Problem]:
+    """Yield horizontal ranges below which AUVs are so deep that sound goes notably farther."""
+    scenario, deepest = setup.scenario, setup.scenario.survey.deepest
+    bands = ("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)
+    for name, band in bands if scenario.protocol.sends_frames else bands[:1]:
+        is_horizontal = band.range_metric == "horizontal" and band.traits.ends_at_range
+        if is_horizontal and deepest > DEEP_SHARE * band.range_m:
+            yield Problem(
+                f"acoustics.{name}.range_m",
+                f"is {band.range_m:g} m seen from above: sound to an AUV at {deepest:g} m there "
+                f"goes {math.hypot(band.range_m, deepest):.4g} m; data sheets give ranges aslant: "
+                "if this is one, add `range_metric: slant`",
+                (f"acoustics.{name}.range_metric", "survey.depth_m", "survey.depths_m"),
+            )
 
 
 def bays(setup: Setup) -> Iterator[Problem]:

@@ -6,6 +6,7 @@ this module is the only place where one becomes the other.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -108,7 +109,7 @@ def geodetic_from_ecef(position: ArrayLike) -> tuple[float, float, float]:
 
 
 def geodetic_from_ned(
-    position: ArrayLike, lat_deg: float, lon_deg: float
+    position: ArrayLike, lat_deg: float, lon_deg: float, surface_m: float = 0.0
 ) -> tuple[float, float, float]:
     """Return where on Earth a place of the survey lies whose centre is at the given coordinates.
 
@@ -119,6 +120,7 @@ def geodetic_from_ned(
         position: north, east, down (m).
         lat_deg: latitude of the survey's centre.
         lon_deg: longitude of the survey's centre.
+        surface_m: height of the water above the ellipsoid.
 
     Returns:
         Latitude (deg), longitude (deg), height above the ellipsoid (m).
@@ -127,12 +129,17 @@ def geodetic_from_ned(
     -10.0
     """
     ned = np.asarray(position, dtype=np.float64)
-    centre = ecef_from_geodetic(lat_deg, lon_deg)
+    centre = ecef_from_geodetic(lat_deg, lon_deg, surface_m)
     return geodetic_from_ecef(centre + ned @ _north_east_down(lat_deg, lon_deg))
 
 
 def ned_from_geodetic(
-    lat: ArrayLike, lon: ArrayLike, height: ArrayLike, lat_deg: float, lon_deg: float
+    lat: ArrayLike,
+    lon: ArrayLike,
+    height: ArrayLike,
+    lat_deg: float,
+    lon_deg: float,
+    surface_m: float = 0.0,
 ) -> Floats:
     """Return north, east, down (m), shape (..., 3), of places on Earth, each of shape (...).
 
@@ -145,14 +152,13 @@ def ned_from_geodetic(
     """
     on_ellipsoid, up = _on_ellipsoid(lat, lon)
     places = on_ellipsoid + up * np.asarray(height, dtype=np.float64)[..., None]
-    ned: Floats = (places - ecef_from_geodetic(lat_deg, lon_deg)) @ _north_east_down(
-        lat_deg, lon_deg
-    ).T
+    centre = ecef_from_geodetic(lat_deg, lon_deg, surface_m)
+    ned: Floats = (places - centre) @ _north_east_down(lat_deg, lon_deg).T
     return ned
 
 
 def ned_at_depth(
-    lat_deg: ArrayLike, lon_deg: ArrayLike, depth_m: ArrayLike, origin: tuple[float, float]
+    lat_deg: ArrayLike, lon_deg: ArrayLike, depth_m: ArrayLike, origin: Sequence[float]
 ) -> Floats:
     """Return the places of the survey, north, east, down (n, 3) in m, that lie under positions.
 
@@ -164,14 +170,16 @@ def ned_at_depth(
         lat_deg: latitudes; within a quarter of the Earth of the origin.
         lon_deg: longitudes.
         depth_m: depths below the survey's plane.
-        origin: latitude and longitude of the survey's centre (deg).
+        origin: latitude and longitude of the survey's centre (deg), and the height of the water
+            (m), 0 where it is left out.
 
     >>> lat, lon, _ = geodetic_from_ned([60.0, -70.0, 10.0], 54.33, 10.18)
     >>> ned_at_depth([lat], [lon], [10.0], (54.33, 10.18)).round(6).tolist()
     [[60.0, -70.0, 10.0]]
     """
     on_ellipsoid, up = _on_ellipsoid(lat_deg, lon_deg)
-    axes = _north_east_down(*origin).T
+    lat, lon, *_ = origin
+    axes = _north_east_down(lat, lon).T
     places = (on_ellipsoid - ecef_from_geodetic(*origin)) @ axes
     plumb = up @ axes
     down = np.asarray(depth_m, dtype=np.float64)
@@ -180,7 +188,7 @@ def ned_at_depth(
     return ned
 
 
-def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: tuple[float, float]) -> Floats:
+def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: Sequence[float]) -> Floats:
     """Return how far positions (n,), deg, are from the survey's centre (n,), m, straight through.
 
     >>> far_apart_m([54.33], [10.18], (54.33, 10.18)).round(6).tolist()

@@ -161,20 +161,30 @@ def survey_end(auvs: Auvs, water: Environment, plans: Sequence[FlightPlan]) -> S
     Raises:
         ValueError: when a current leaves no headway, or the survey takes longer than a mission may.
     """
-    last = 0.0
+    last = max(flown_s(auvs, water, plans))
+    if not SHORTEST_S <= last <= LONGEST_S or not math.isfinite(last):
+        raise ValueError(f"{SURVEY} takes {last:.3g} s; a mission may last {LONGEST_S:g} s")
+    return SurveyEnd(last)
+
+
+def flown_s(auvs: Auvs, water: Environment, plans: Sequence[FlightPlan]) -> list[float]:
+    """Return when (s) each AUV has flown its lanes, and is where it is recovered, if anywhere.
+
+    Raises:
+        ValueError: when a current leaves no headway.
+    """
+    ends = []
     against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
     for auv, plan in enumerate(plans):
         length = plan.lanes[-1][1] if auvs.recovery(auv) is None else plan.path.length
         speed = auvs.speed(auv)
         if not auvs.vehicle.has_dynamics:
-            last = max(last, length / speed)
+            ends.append(length / speed)
             continue
         if speed <= against:
             raise ValueError(
                 f"{SURVEY} has no end: at {speed:g} m/s AUV{auv} makes no headway against a "
                 f"current of up to {against:g} m/s; give the seconds, or ask for more speed"
             )
-        last = max(last, STARTING_S + (1.0 + LOOSELY) * length / (speed - against))
-    if not SHORTEST_S <= last <= LONGEST_S or not math.isfinite(last):
-        raise ValueError(f"{SURVEY} takes {last:.3g} s; a mission may last {LONGEST_S:g} s")
-    return SurveyEnd(last)
+        ends.append(STARTING_S + (1.0 + LOOSELY) * length / (speed - against))
+    return ends

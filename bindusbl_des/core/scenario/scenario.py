@@ -16,7 +16,7 @@ from ...models.presets.catalogue import CATALOGUE
 from ...support.mistakes import Problem
 from ...support.plain_data import leaves
 from ...support.plugins import is_plugin
-from ...support.wording import did_you_mean, plain, shortened
+from ...support.wording import LONG_S, did_you_mean, plain, shortened, timed
 from .agreement.instruments import instruments_problems, sizes_problems, water_problems
 from .agreement.protocol import (
     acoustics_problems,
@@ -92,7 +92,7 @@ class Scenario(ScenarioKeys):
     def __repr__(self) -> str:
         return (
             f"<Scenario {self.name}: {self.auvs.count} AUVs, {self.asvs.count} ASVs, "
-            f"{site_of(self).area.words}, {self.duration_s:g} s>"
+            f"{site_of(self).area.words}, {self.lasting}>"
         )
 
     __str__ = __repr__
@@ -113,6 +113,13 @@ class Scenario(ScenarioKeys):
     def ends_with_survey(self) -> bool:
         """Whether the mission lasts until all AUVs have flown their lanes."""
         return isinstance(self.duration_s, SurveyEnd)
+
+    @property
+    def lasting(self) -> str:
+        """How long the mission lasts, in words."""
+        lasts = float(self.duration_s)
+        told = timed(lasts) if lasts >= LONG_S else f"{lasts:g} s"
+        return f"{told}, until its lanes are flown" if self.ends_with_survey else told
 
     @property
     def has_signals(self) -> bool:

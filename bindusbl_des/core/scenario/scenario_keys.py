@@ -91,6 +91,14 @@ class Environment(Part):
     current_direction_deg: Real = key(
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
+    surface_m: Real = key(
+        0.0,
+        "m",
+        "height of the water's surface, as of lakes and rivers: depths are below it; heights in "
+        "tracks, poses and exports count from where this does (the ellipsoid, or the sea)",
+        ge=-500,
+        le=9000,
+    )
     origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
 
     @field_validator("origin", mode="before")

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 AnyRoute = TypeVar("AnyRoute", bound=RouteTraits)
 Stations = tuple[tuple[float, float], ...]
+Ground = tuple[float, float, float]
 
 
 class NoStations(ValueError):
@@ -128,6 +129,14 @@ class Site(Facts):
         corners = self.scenario.survey.corners_deg
         return _centroid(corners) if given is None and corners else given
 
+    @property
+    def ground(self) -> Ground | None:
+        """Latitude and longitude (deg) of x = y = 0, and the height of the water there (m); None
+        for a site that is nowhere on Earth.
+        """
+        height = self.scenario.environment.surface_m
+        return None if self.origin_deg is None else (*self.origin_deg, height)
+
     @fact
     def area(self) -> Area:
         """The area to be surveyed (m, survey frame).
@@ -143,8 +152,7 @@ class Site(Facts):
             return rectangle(*survey.size_m, turn)
         if survey.side_m is not None:
             return rectangle(survey.side_m, survey.side_m, turn)
-        assert self.origin_deg is not None, "a scenario has one shape, or corners in degrees"
-        return polygon(in_metres(survey.corners_deg, self.origin_deg))
+        return polygon(in_metres(survey.corners_deg, self._known_ground))
 
     @fact
     def swath_m(self) -> float | None:
@@ -309,6 +317,17 @@ class Site(Facts):
         return survey_end(self.scenario.auvs, self.scenario.environment, self.plans)
 
     @fact
+    def flown_s(self) -> tuple[float, ...]:
+        """When (s) each AUV has flown its lanes, and is where it is recovered, if anywhere.
+
+        Raises:
+            ValueError: when a current leaves no headway, or the route has no plan.
+        """
+        from .flight_plans import flown_s
+
+        return tuple(flown_s(self.scenario.auvs, self.scenario.environment, self.plans))
+
+    @fact
     def auv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
         """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not.
 
@@ -364,7 +383,7 @@ class Site(Facts):
         asked = self.scenario.asvs.formation
         degrees = getattr(asked, "positions_deg", None)
         if degrees is not None:
-            return in_metres(degrees, self._known_origin)
+            return in_metres(degrees, self._known_ground)
         metres: tuple[Point, ...] | None = getattr(asked, "positions_m", None)
         return metres
 
@@ -478,7 +497,7 @@ class Site(Facts):
             file,
             route.time_offset_s,
             which=which,
-            origin=self.origin_deg,
+            origin=self.ground,
             depth_m=self.scenario.survey.depth(auv),
         )
 
@@ -489,7 +508,7 @@ class Site(Facts):
         placement = self.scenario.asvs.formation.recording
         assert placement is not None
         file, which = placement.sources[asv]
-        origin, offset_s = self.origin_deg, placement.time_offset_s
+        origin, offset_s = self.ground, placement.time_offset_s
         return read_track(file, offset_s, which=which, origin=origin, depth_m=0.0, afloat=True)
 
     def _within_the_mission(
@@ -510,25 +529,24 @@ class Site(Facts):
         """
         from ..geometry.geodesy import geodetic_from_ned
 
-        origin = self.origin_deg
-        if origin is None:
+        if self.ground is None:
             raise ValueError("the scenario has no environment.origin, so it is nowhere on Earth")
-        return [geodetic_from_ned((*place, 0.0)[:3], *origin) for place in places]
+        return [geodetic_from_ned((*place, 0.0)[:3], *self.ground) for place in places]
 
     @property
-    def _known_origin(self) -> Position:
-        if self.origin_deg is None:
+    def _known_ground(self) -> Ground:
+        if self.ground is None:
             raise ValueError(
                 "latitude and longitude need environment.origin.lat_deg and lon_deg, where "
                 "x = y = 0; add them"
             )
-        return self.origin_deg
+        return self.ground
 
     def _positioned(self, route: AnyRoute) -> AnyRoute:
         if not route.positions:
             return route
-        origin = self._known_origin
-        return route.in_metres(lambda positions: in_metres(positions, origin))
+        ground = self._known_ground
+        return route.in_metres(lambda positions: in_metres(positions, ground))
 
     @fact
     def some_tracks_lack_depths(self) -> bool:
@@ -539,7 +557,8 @@ class Site(Facts):
         from ...models.charts.recordings import read_recording
 
         try:
-            found = [read_recording(*source) for source in route.sources]
+            surface_m = self.scenario.environment.surface_m
+            found = [read_recording(*source, surface_m) for source in route.sources]
         except ValueError:
             return False  # which is told where they are read
         return any(recording.lacks_depths for recording in found)
@@ -567,8 +586,9 @@ def _centroid(corners: tuple[Position, ...]) -> Position:
     return lat, lon
 
 
-def in_metres(positions: tuple[Position, ...], origin: Position) -> tuple[Point, ...]:
-    """Return positions, latitude and longitude (deg), as [x, y] (m) about an origin (deg).
+def in_metres(positions: tuple[Position, ...], origin: Sequence[float]) -> tuple[Point, ...]:
+    """Return positions, latitude and longitude (deg), as [x, y] (m) about an origin: latitude and
+    longitude (deg), and the height of the water (m), if it is not that of the sea.
 
     >>> [(round(x), round(y)) for x, y in in_metres(((54.331, 10.18),), (54.33, 10.18))]
     [(111, 0)]

@@ -91,7 +91,7 @@ def read_track(
     offset_s: float = 0.0,
     *,
     which: str = "",
-    origin: Degrees | None = None,
+    origin: Sequence[float] | None = None,
     depth_m: float = math.nan,
     afloat: bool = False,
 ) -> Track:
@@ -99,14 +99,15 @@ def read_track(
 
     CSV, GPX and MCAP files are read (:mod:`...models.charts.recordings`); `which` names one of
     several tracks in a file.  `offset_s` is subtracted from its times.  Latitude and longitude
-    become metres about `origin`, latitude and longitude (deg); heights above the ellipsoid become
-    depths below the survey's plane.  Where the file says no depth, it is `depth_m`; what is
-    `afloat` is at the surface, whatever the file says.
+    become metres about `origin`, latitude and longitude (deg) and the height of the water (m), 0
+    where it is left out; heights become depths below the survey's plane.  Where the file says no
+    depth, it is `depth_m`; what is `afloat` is at the surface, whatever the file says.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a track.
     """
-    recording = read_recording(path, which)
+    surface_m = 0.0 if origin is None else (*origin, 0.0)[2]
+    recording = read_recording(path, which, surface_m)
     if recording.in_degrees:
         positions = _in_metres(path, recording, depth_m, origin)
     else:
@@ -142,7 +143,7 @@ def _depths(recording: RecordedTrack, depth_m: float) -> Floats:
 
 
 def _in_metres(
-    path: str | Path, recording: RecordedTrack, depth_m: float, origin: Degrees | None
+    path: str | Path, recording: RecordedTrack, depth_m: float, origin: Sequence[float] | None
 ) -> Floats:
     if origin is None:
         raise ValueError(
@@ -165,7 +166,7 @@ def _in_metres(
     return positions
 
 
-def too_far(position: Degrees, origin: Degrees) -> str:
+def too_far(position: Degrees, origin: Sequence[float]) -> str:
     """Return what is to be said of a position that is far beyond a survey about an origin (deg)."""
     lat, lon = position
     away = float(far_apart_m([lat], [lon], origin)[0])

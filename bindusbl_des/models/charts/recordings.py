@@ -14,7 +14,7 @@ from ...support.arrays import Floats
 from ...support.files import regular
 from ...support.tables import TableRow, because, left_out, of_file, ordered, read_table, sifted
 from ...support.wording import shortened
-from .shapes import BadChart, NoPlace, Sample, check_seconds, in_sea, position, unix_time
+from .shapes import BadChart, NoPlace, Sample, above_sea, check_seconds, in_sea, position, unix_time
 from .xml_charts import read_gpx
 
 # Tracks in CSV files: time_s, then x_m and y_m or lat_deg and lon_deg, and depth_m or z_m.
@@ -247,8 +247,9 @@ class RecordedTrack(NamedTuple):
 
 
 @of_file(64)
-def read_recording(path: str, which: str = "") -> RecordedTrack:
-    """Return a recorded track; `which` names one of several in the file.
+def read_recording(path: str, which: str = "", surface_m: float = 0.0) -> RecordedTrack:
+    """Return a recorded track; `which` names one of several in the file, `surface_m` is the height
+    of the water above the sea.
 
     A track is named by the column `vehicle` of a CSV, the name of a track of a GPX, the topic of
     an MCAP.
@@ -256,16 +257,17 @@ def read_recording(path: str, which: str = "") -> RecordedTrack:
     Raises:
         BadChart: naming file, place in it and remedy.
     """
-    return _recording(path, _chosen(path, _tracks(path), which))
+    return _recording(path, _chosen(path, _tracks(path, surface_m), which))
 
 
 def check_tracks(path: str) -> None:
-    """Refuse a file in which there can be no track.
+    """Refuse a file in which there can be no track, whichever of them is meant, wherever the water
+    is.
 
     Raises:
         BadChart: naming file, place in it and remedy.
     """
-    tracks = _tracks(path)
+    tracks = _tracks(path, None)
     if len(tracks) < 2:
         _recording(path, _chosen(path, tracks, ""))
 
@@ -274,8 +276,9 @@ def check_tracks(path: str) -> None:
 Samples = tuple[list[Sample], tuple[str, ...]]
 
 
-def _tracks(path: str) -> dict[str, Samples]:
-    """Return the tracks of a file by name, without those of which nothing can be read.
+def _tracks(path: str, surface_m: float | None) -> dict[str, Samples]:
+    """Return the tracks of a file by name, those of which nothing can be read left out; `surface_m`
+    is the height of the water, None where nobody knows it.
 
     Raises:
         BadChart: when none can be read.
@@ -288,12 +291,19 @@ def _tracks(path: str) -> dict[str, Samples]:
     first: ValueError | None = None
     for name, readings in tracks.items():
         try:
-            found[name] = sifted(readings, lambda reading: reading())
+            found[name] = sifted(readings, lambda reading: _in_water(reading(), surface_m))
         except ValueError as error:
             first = first or error
     if first is not None and not found:
         raise first
     return found
+
+
+def _in_water(sample: Sample, surface_m: float | None) -> Sample:
+    """Return a sample whose depth is below the water."""
+    if not sample.is_height or surface_m is None or math.isnan(sample.depth):
+        return sample
+    return sample._replace(depth=above_sea(sample.where, -sample.depth - surface_m))
 
 
 def _chosen(path: str, tracks: dict[str, Samples], which: str) -> Samples:

@@ -131,8 +131,9 @@ def ring(corners: list[Degrees], place: str) -> tuple[Degrees, ...]:
 class Sample(NamedTuple):
     """A sample: its line, time (s), x and y (m) or latitude and longitude (deg), and depth (m).
 
-    The depth is nan where the file has none.  It is below the sea, or, if `below_ellipsoid`, below
-    the ellipsoid of WGS-84, which curves away from the survey's plane with distance.
+    The depth is nan where the file says none.  It is below the water; or below the sea, wherever
+    the water is, if it `is_height`; or, if `below_ellipsoid`, below the ellipsoid of WGS-84, which
+    falls away from the survey's plane with the distance.
     """
 
     where: str
@@ -141,6 +142,7 @@ class Sample(NamedTuple):
     depth: float
     in_degrees: bool
     below_ellipsoid: bool = False
+    is_height: bool = False
 
 
 # Latest instant of a mission (s of Unix time), the year 5000; milliseconds are soon beyond it.
@@ -178,7 +180,7 @@ def unix_time(where: str, text: str) -> float:
 
 
 def above_sea(where: str, height: float) -> float:
-    """Return the depth (m) of a height above the sea, which may be slightly above it, by waves.
+    """Return the depth (m) of a height above the water, which may be a little above, as waves are.
 
     Raises:
         BadChart: when it is far above: heights by GNSS are above the ellipsoid, not above the sea.
@@ -188,7 +190,8 @@ def above_sea(where: str, height: float) -> float:
     if height > HIGHEST:
         raise BadChart(
             f"{where}: is {height:.4g} m above the sea; heights must be negative below it. Remove "
-            "them from the file to have the AUV at survey.depth_m"
+            "them from the file to have the AUV at survey.depth_m, or give the height of a lake or "
+            "river (environment.surface_m)"
         )
     return -height
 

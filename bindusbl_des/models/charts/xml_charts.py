@@ -18,7 +18,6 @@ from .shapes import (
     Degrees,
     Sample,
     Shape,
-    above_sea,
     checked,
     position,
     ring,
@@ -304,7 +303,7 @@ def _sample(where: str, point: Element) -> Sample:
             f"{where}: has no <time>; a track needs one at each point, a route has none: a route "
             "(rte) is flown by auvs.route.kind: waypoints"
         )
-    return Sample(where, unix_time(where, time), place, _depth(where, point), True)
+    return Sample(where, unix_time(where, time), place, _depth(where, point), True, is_height=True)
 
 
 def _depth(where: str, point: Element) -> float:
@@ -315,4 +314,6 @@ def _depth(where: str, point: Element) -> float:
         height = float(text)
     except ValueError:
         raise BadChart(f"{where}: {text[:40]!r} is no elevation in metres") from None
-    return above_sea(where, height)
+    if not math.isfinite(height):
+        raise BadChart(f"{where}: its height is {height:g}; leave it out if it is unknown")
+    return -height

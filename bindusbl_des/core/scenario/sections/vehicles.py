@@ -239,6 +239,14 @@ class Auvs(Section):
         "[x, y] where AUVs are recovered, one for all or one per AUV: once through their route "
         "they go and wait there; null = they fly it there and back",
     )
+    endurance_s: Real | None = key(
+        None,
+        "s",
+        "how long AUVs can be in the water, such as by their batteries; it ends nothing, and a "
+        "mission that is longer is warned of; null = long enough",
+        ge=1,
+        le=1e7,
+    )
     ping_late_s: tuple[Late, ...] | None = key(
         None,
         "s",
