@@ -305,7 +305,7 @@ def turn_with(spread: Floats, k: int, x: float, y: float, at: int = 0) -> None:
     become overconfident of c by its own noise.  Source: A. Barrau, S. Bonnabel, The Invariant
     Extended Kalman Filter as a Stable Observer, IEEE Trans.  Automatic Control 62(4), 2017; the
     effect: G. P. Huang, A. I. Mourikis, S. I. Roumeliotis, Observability-based Rules for Designing
-    Consistent EKF SLAM Estimators, Int.  J. Robotics Research 29(5), 2010.
+    Consistent EKF SLAM Estimators, Int. J. Robotics Research 29(5), 2010.
     """
     for i in range(len(spread)):
         spread[at, i] -= y * spread[k, i]

@@ -297,7 +297,7 @@ SHARES = (
 
 WORST = "worst_"
 
-# What is said where somebody names another.
+# End of messages about an unknown metric
 METRICS_ARE = "; metrics are columns of the tables auvs and mission (docs/reference.md)"
 
 # For each metric that can be bad: whether the largest value is the worst.

@@ -83,7 +83,7 @@ PING = row_type(
         "call_time_s": float,  # how long its call was under way; NaN where ranges are one-way
         "first": int,  # its receptions,
         "end": int,  # up to but not this one
-        "passed_at_s": float,  # when it has passed all of its ASVs; infinite once that is decided
+        "passed_at_s": float,  # when it has passed all ASVs in range; infinite once it is decided
         "longest_s": float,  # longest travel time of any ping up to this one
         "calls": int,  # sounds of calls on record when it was sent
     },
@@ -112,15 +112,15 @@ OWN_WAY = dict.fromkeys(("own_x_m_per_s", "own_y_m_per_s", "own_z_m_per_s"), flo
 RECEPTION = row_type(
     Reception,
     {
-        "listener": int,  # its number among those who listen
+        "listener": int,  # the listener's number in its fleet
         "sent_at_s": float,
         "ended_at_s": float,
-        "loss": float,  # probability that it is lost on its way
+        "loss": float,  # probability that it is lost if nothing overlaps it
         "slow_range": float,  # slow error of its range, a standard normal; NaN where there is none
-        "sound": float,  # how strong it is where it overlaps others (see `acoustics.propagation`)
-        "bent_s": float,  # how much later it comes than straight on, where rays bend
-        "late_s": float,  # how much later than that it seems to come where echoes blend into it,
-        "lowered": float,  # and by how much more the sine of its depression; NaN where none do
+        "sound": float,  # its strength where it overlaps others (see `acoustics.propagation`)
+        "bent_s": float,  # how much later it arrives than on a straight ray, where rays bend
+        "late_s": float,  # how much later than that it seems to arrive by echoes that blend into it
+        "lowered": float,  # and how much the sine of its angle downwards grows; NaN without echoes
         **SIGHT,
         **OWN_WAY,
     },
@@ -129,19 +129,19 @@ RECEPTION = row_type(
 
 FRAME_RECEPTION = row_type(
     FrameReception,
-    {"ended_at_s": float},  # when the end of the frame has come; infinite while it has not
+    {"ended_at_s": float},  # when the end of the frame arrives; infinite while unknown
 )
 
 SIGNAL_RECEPTION = row_type(
     SignalReception,
-    {"vehicle": int},  # who listens, among all vehicles: AUVs come first, then ASVs
+    {"vehicle": int},  # the listener's number among all vehicles: AUVs first, then ASVs
     without=("listener",),
 )
 
 AUV_FRAME_RECEPTION = row_type(
     AuvFrameReception,
     {"vehicle": int},
-    without=("listener",),  # among all vehicles, AUVs first
+    without=("listener",),  # as in SIGNAL_RECEPTION
 )
 
 FIX = row_type(
@@ -151,9 +151,9 @@ FIX = row_type(
         "end": int,  # up to but not this one
         "arrives_at_s": float,  # when it reaches its AUV
         "frame": int,  # the frame that carries it
-        "said_x_m": float,  # what its AUV's filter has taken it for (:mod:`..navigation.turning`),
+        "said_x_m": float,  # the fix expanded about an estimate (:mod:`..navigation.turning`)
         "said_y_m": float,
-        "said_xx_m2": float,  # and the noise of that
+        "said_xx_m2": float,  # and its covariance
         "said_yy_m2": float,
         "said_xy_m2": float,
         "said_polar": int,  # 1: a range and a direction, in which common errors are linear

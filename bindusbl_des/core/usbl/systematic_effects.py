@@ -121,7 +121,7 @@ def deviations(time: float, levels: Row) -> Floats:
     """Return the standard deviations (EFFECTS,) of all systematic errors, at an instant (s) at
     which the AUV's clock is read; NaN if it is not.
     """
-    sds = np.ones(EFFECTS)  # those of slow errors
+    sds = np.ones(EFFECTS)  # 1 for slow errors
     sds[:CLOCK] = levels.sd
     sds[CLOCK] = 0.0
     if not isnan(time):
