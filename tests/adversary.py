@@ -38,7 +38,7 @@ class Worlds:
         self.slots, self.protocol = Setup(scenario).slots, scenario.protocol
         hf = scenario.acoustics.hf
         self.reach, self.lasts, self.slant = hf.range_m, hf.ping_s, hf.range_metric == "slant"
-        self.depth = np.array([scenario.survey.depth(k) for k in range(self.auvs)])
+        self.depth = np.array([auv.depth_m for auv in Setup(scenario).auvs])
         error = self.bounds.sound_speed_error_m_per_s
         worst = draw.choice((-error, error), n)
         off = np.where(draw.random(n) < 0.7, worst, draw.uniform(-error, error, n))

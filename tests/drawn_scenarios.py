@@ -33,6 +33,19 @@ TINIEST = 5e-324
 DURATIONS_S = (0.001, 0.01, 0.3, 1.0, 3.0, 10.0, 30.0, 60.0)
 MOST_VEHICLES, LARGER_FLEET = 6, 60
 
+# What groups of AUVs may say of themselves; half of it fits most that is drawn.
+OF_GROUPS: tuple[tuple[str, tuple[Any, ...]], ...] = (
+    ("vehicle", ("remus100", "bluerov2", {"model": "kinematic", "turning_radius_m": 0.5})),
+    ("speed_m_per_s", (0.3, 1.5)),
+    ("depth_m", (0.0, 3.0, 25.0)),
+    ("route", ({"kind": "lawnmower", "lane_spacing_m": 7.0},)),
+    ("drift", ({"percent_of_distance": 1.0}, {"m_per_hour": 50.0})),
+    ("velocity_bias_sd_m_per_s", (0.0, 0.1)),
+    ("velocity_bias_time_constant_s", (10.0,)),
+    ("heading_sd_deg", (0.0, 3.0)),
+    ("feedback", ("truth", "estimate")),
+)
+
 # How often a key is written at all, and how often its value is an end of its range.
 WRITTEN, AT_AN_END, NULL = 0.35, 0.4, 0.3
 
@@ -72,7 +85,20 @@ def drawn(seed: int, folder: Path) -> dict[str, Any]:
         _settled(data, draw)
     _quieter(data, random.Random(f"quieter {seed}"))
     _wired(data, random.Random(f"wired {seed}"))
+    _grouped(data, random.Random(f"grouped {seed}"))
     return data
+
+
+def _grouped(data: dict[str, Any], draw: random.Random) -> None:
+    """Split the AUVs in groups now and then, which say something of their own."""
+    auvs = data.get("auvs") or {}
+    count = auvs.get("count", 3)
+    if draw.random() > 0.15 or not 1 < count <= LARGER_FLEET:
+        return
+    first = draw.randint(1, count - 1)
+    said = {name: draw.choice(values) for name, values in OF_GROUPS if draw.random() < 0.4}
+    groups = [{"count": first, **said}, {"count": count - first}]
+    data.setdefault("auvs", {})["groups"] = groups[:: draw.choice((1, -1))]
 
 
 def _wired(data: dict[str, Any], draw: random.Random) -> None:
@@ -99,6 +125,8 @@ def _quieter(data: dict[str, Any], draw: random.Random) -> None:
 def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> dict[str, Any]:
     out = {}
     for name, part in schema["properties"].items():
+        if (*path, name) == ("auvs", "groups"):  # which are drawn apart, too
+            continue
         is_section = "$ref" in part or any("$ref" in arm for arm in part.get("anyOf", ()))
         if name in schema.get("required", ()) or draw.random() < (0.7 if is_section else WRITTEN):
             out[name] = _value(part, draw, (*path, name))

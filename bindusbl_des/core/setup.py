@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .acoustics.messages import Messages
     from .acoustics.named_channels import FrameChannel
     from .acoustics.propagation import SignalBand
-    from .navigation.belief import Belief, Growth
+    from .navigation.belief import Beliefs, Growths
     from .protocol.anchors.placing import Room
     from .protocol.slots import Slots
     from .usbl.instrument import Usbl
@@ -172,8 +172,10 @@ class Setup(Sensors):
         )
 
     @fact
-    def beliefs(self) -> "tuple[Belief, Growth]":
-        """What navigators believe at first (m, m/s), and how they become less sure."""
+    def beliefs(self) -> "tuple[Beliefs, Growths]":
+        """What the navigator of each AUV believes at first (m, m/s), and how it becomes less
+        sure.
+        """
         from .navigation.assumptions import assumed
 
         return assumed(self.taken)
@@ -188,19 +190,19 @@ class Setup(Sensors):
         """
         from .protocol.anchors.placing import Room
 
-        auvs, route, area = self.scenario.auvs, self.route, self.area
+        area = self.area
         places = (
-            *(auvs.launch_m or ()), *(auvs.recovery_m or ()),
-            *(place for way in route.places for place in way),
-            *(place[:2] for _, track in self.auv_tracks or () for place in track),
-        )  # fmt: skip
+            *(end for auv in self.auvs for end in auv[-2:] if end is not None),
+            *(place for route in self.routes for way in route.places for place in way),
+            *(place[:2] for track in self.auv_tracks if track is not None for place in track[1]),
+        )
         extent = max(area.farthest, area.across, *(math.hypot(*place) for place in places))
         vessels = (
             *(getattr(self.scenario.asvs.formation, "start_m", None) or ()),
             *(place[:2] for _, track in self.asv_tracks or () for place in track),
         )
         farthest = max([2.0 * extent, *(math.hypot(*place) for place in vessels)])
-        path = extent + farthest + self.scenario.survey.deepest
+        path = extent + farthest + self.deepest_m
         return Room(farthest, STARTING_S + path / SLOWEST_SOUND)
 
     @fact
@@ -208,13 +210,13 @@ class Setup(Sensors):
         """How long (s) after its end a mission still asks where vehicles are: sound sent at the
         last instant is followed to the farthest vehicle.
         """
-        area, auvs, stations = self.area, self.scenario.auvs, self.kept_stations_m
+        area, stations = self.area, self.kept_stations_m
         farthest = self.room.farthest_m
         if stations:
             farthest = max(math.hypot(x, y) for x, y in stations)
-        ends = [math.hypot(*place) for place in (*(auvs.launch_m or ()), *(auvs.recovery_m or ()))]
+        ends = [math.hypot(*end) for auv in self.auvs for end in auv[-2:] if end is not None]
         across = self.scenario.acoustics.hf.range_m + 2 * max(area.across, area.farthest, *ends)
-        return 2.0 + (farthest + across + self.scenario.survey.deepest) / SLOWEST_SOUND
+        return 2.0 + (farthest + across + self.deepest_m) / SLOWEST_SOUND
 
     @fact
     def control_intervals(self) -> int:

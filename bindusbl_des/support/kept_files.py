@@ -21,9 +21,13 @@ from .plugins import is_plugin
 
 Way = tuple[str, ...]
 
+# What stands on a way for each item of a list
+EACH = "*"
+
 # Where a scenario names files, and the folder that keeps their copies.
 FILES: Mapping[Way, str] = {
     ("auvs", "route", "files"): "tracks",
+    ("auvs", "groups", EACH, "route", "files"): "tracks",
     ("asvs", "formation", "files"): "tracks",
     ("survey", "area"): "charts",
     ("environment", "ctd"): "casts",
@@ -153,6 +157,8 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
             change(item, folder) if good else item for item, good in zip(items, usable, strict=True)
         ]
         return names if isinstance(data, list | tuple) else names[0]
+    if below[0] == EACH and isinstance(data, list | tuple):
+        return [_renamed(item, change, below[1:], folder) for item in data]
     if isinstance(data, Mapping) and below[0] in data and not is_own(data):
         return {**data, below[0]: _renamed(data[below[0]], change, below[1:], folder)}
     return data
@@ -176,8 +182,10 @@ def names_files(key: str) -> bool:
 @lru_cache(maxsize=1024)
 def _below(key: str, way: Way) -> Way | None:
     """Return the rest of a way from what a dotted key holds, None where the key is not on it."""
-    parts = tuple(key.split("."))
-    return way[len(parts) :] if parts[: len(way)] == way[: len(parts)] else None
+    parts = key.split(".")
+    pairs = zip(parts, way, strict=False)
+    is_on = all(part == step or (step == EACH and part.isdigit()) for part, step in pairs)
+    return way[len(parts) :] if is_on else None
 
 
 def keep(copies: Mapping[str, str], folder: Path) -> None:

@@ -33,9 +33,10 @@ def path_of(key: str) -> Path:
 
 
 def value_at(data: Any, path: Iterable[str | int]) -> Any:
-    """Return the value at a path of keys; None where there is none."""
+    """Return the value at a path of keys and numbers of items; None where there is none."""
     for part in path:
-        data = data.get(part) if isinstance(data, dict) else None
+        is_item = isinstance(data, list) and isinstance(part, int) and part < len(data)
+        data = data[part] if is_item else data.get(part) if isinstance(data, dict) else None
     return data
 
 

@@ -83,7 +83,7 @@ def baseline(runs: "Runs") -> Figure:
     draw_map(axes[0], result)
     axes[0].set_title(f"L = {result.scenario.survey.side_m:.0f} m, one AUV per second in turn")
     draw_errors(axes[1], result)
-    legend_below(figure, map_handles(result.scenario))
+    legend_below(figure, map_handles(result.setup))
     return figure
 
 
@@ -98,7 +98,7 @@ def failure_and_recovery(runs: "Runs") -> Figure:
         ax.set(xlim=(-106, 106), ylim=(-106, 106))
         ax.set_title(f"{asvs} ASV{'s' * (asvs > 1)}, bias in the world frame")
     axes[1].set_ylabel("")
-    legend_below(figure, map_handles(result.scenario))
+    legend_below(figure, map_handles(result.setup))
     return figure
 
 

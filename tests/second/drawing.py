@@ -186,6 +186,18 @@ def scenario(seed: int, folder: Path, **wanted: object) -> dict:
     return keys
 
 
+def mixed(seed: int, folder: Path) -> dict:
+    """Return a scenario of two groups of AUVs, whose depths, speeds and routes differ."""
+    keys, other = scenario(seed, folder), scenario(seed + 100_000, folder)
+    if named(keys["protocol"]["schedule"]) == "super_tdma":  # AUVs at rest, known
+        still = [[4.0 * i - 20.0, 7.0] for i in range(other["auvs"]["count"])]
+        other["auvs"]["route"] = {"kind": "hold", "positions_m": still}
+    groups = [{**own["auvs"], "depth_m": own["survey"]["depth_m"]} for own in (keys, other)]
+    groups[1]["depth_m"] += 3.0
+    keys["auvs"] = {"count": sum(group["count"] for group in groups), "groups": groups}
+    return keys
+
+
 def exchanging(seed: int, folder: Path) -> dict:
     """Return a scenario in which fixes are acknowledged, repeated or relayed."""
     keys, draw = scenario(seed, folder), random.Random(f"exchange {seed}")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import partial
 
 from dissemination import Dissemination
-from medium import AN_INSTANT, Row
+from medium import AN_INSTANT, Row, deepest
 
 
 class Exchange(Dissemination):
@@ -34,7 +34,7 @@ class Exchange(Dissemination):
         """Work out the longest way of a frame."""
         longest = self.mf["range_m"]
         if self.mf["range_metric"] == "horizontal":
-            longest = math.hypot(longest, keys["survey"]["depth_m"])
+            longest = math.hypot(longest, deepest(keys))
         self.way_s, self.delay_s = longest / self.believed_speed, self.mf["processing_s"] or 0.0
 
     def turns(self, airtimes: list[float], counts: list[int]) -> Row:

@@ -128,12 +128,28 @@ def within(band: dict, a: np.ndarray, b: np.ndarray, margin: float = 0.0) -> boo
     return distance <= band["range_m"] + margin
 
 
+def groups(keys: dict) -> list[dict]:
+    """Return what is said of each group of AUVs, which all have routes of their own."""
+    usual = {**keys["auvs"], "depth_m": keys["survey"]["depth_m"]}
+    return [{**usual, **own} for own in keys["auvs"].get("groups", [{}])]
+
+
+def deepest(keys: dict) -> float:
+    """Return how deep (m) the deepest AUV goes."""
+    return max(own["depth_m"] for own in groups(keys))
+
+
 def tracks(keys: dict) -> list:
     """Return of each AUV when it is where (time, x, y, depth): its track, its leg or its place."""
-    route, depth = keys["auvs"]["route"], keys["survey"]["depth_m"]
+    return [way for own in groups(keys) for way in ways(own)]
+
+
+def ways(own: dict) -> list:
+    """Return the same of the AUVs of a group."""
+    route, depth = own["route"], own["depth_m"]
     if route["kind"] == "track":
         return [np.loadtxt(path, delimiter=",", skiprows=1) for path in route["files"]]
     if route["kind"] == "hold":
         return [[(0.0, x, y, depth)] for x, y in route["positions_m"]]
-    speed = keys["auvs"]["speed_m_per_s"]
+    speed = own["speed_m_per_s"]
     return [[(0.0, *a, depth), (math.dist(a, b) / speed, *b, depth)] for a, b in route["points_m"]]

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 from exchange import Exchange
-from medium import AN_INSTANT, Row, horizontal, within
+from medium import AN_INSTANT, Row, deepest, horizontal, within
 
 
 class Second(Exchange):
@@ -40,7 +40,7 @@ class Second(Exchange):
         self.believed_speed = keys["environment"]["assumed_sound_speed_m_per_s"] or self.speed
         crossing, longest = keys["survey"]["side_m"] / self.believed_speed, self.hf["range_m"]
         if self.hf["range_metric"] == "horizontal":
-            longest = math.hypot(longest, keys["survey"]["depth_m"])
+            longest = math.hypot(longest, deepest(keys))
         self.longest_s = longest / self.believed_speed
 
         def given(key: str, crossings: float) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from comparing import disagreements
-from drawing import exchanging, scenario
+from drawing import exchanging, mixed, scenario
 
 
 def agree(
@@ -41,6 +41,11 @@ def test_a_second_implementation_agrees_a_thousand_times(tmp_path: Path) -> None
 def test_a_second_implementation_acknowledges_repeats_and_relays_alike(tmp_path: Path) -> None:
     """Twelve drawn scenarios: when who forwards and acknowledges what, and what the fleet knows."""
     agree(2000, 12, tmp_path, longest_s=15.873, draw=exchanging)
+
+
+def test_a_second_implementation_flies_fleets_of_two_kinds(tmp_path: Path) -> None:
+    """Eight drawn scenarios, each with two groups of AUVs."""
+    agree(4000, 8, tmp_path, longest_s=15.873, draw=mixed)
 
 
 @pytest.mark.slow

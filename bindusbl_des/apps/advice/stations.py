@@ -87,12 +87,12 @@ class Ways:
 
 def _way(setup: Setup, auv: int) -> Floats:
     """Return places (PLACES, 2), m, at even distances in time on the way that an AUV is to go."""
-    scenario = setup.scenario
-    held, times = setup.held_places_m, np.linspace(0.0, scenario.duration_s, PLACES)
+    times = np.linspace(0.0, setup.scenario.duration_s, PLACES)
+    held, track, plan = setup.held_places_m[auv], setup.auv_tracks[auv], setup.plans[auv]
     if held is not None:
-        return np.tile(np.array(held[auv]), (PLACES, 1))
-    tracks = setup.auv_tracks
-    if tracks is not None:
-        at, places = tracks[auv]
+        return np.tile(np.array(held), (PLACES, 1))
+    if track is not None:
+        at, places = track
         return np.column_stack([np.interp(times, at, places[:, axis]) for axis in (0, 1)])
-    return setup.plans[auv].tour.sample(scenario.auvs.speed(auv) * times)[:, :2]
+    assert plan is not None, "an AUV flies, holds, or repeats a track"
+    return plan.tour.sample(setup.auvs[auv].speed_m_per_s * times)[:, :2]

@@ -213,7 +213,7 @@ def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") 
         "hf_range_m": hf_range,
         "range_metric": scenario.acoustics.hf.range_metric,
         "reach_m": reach,
-        "heard_from_m": scenario.survey.deepest,
+        "heard_from_m": setup.deepest_m,
         "heard_m": heard[0][1] if heard and heard[0][0] == 0.0 else 0.0,
         "heard_between_m": [list(ring) for ring in heard],
         "worst_corner_m": corner_distance(area, stations),
@@ -255,12 +255,11 @@ def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
     from ...core.geometry.coverage import EQUAL, loneliest_point
     from ..preflight.fix_chance import fix_chance, mean_chance
 
-    scenario = setup.scenario
     area, everywhere = setup.area, mean_chance(setup, stations, CELLS)
     ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
     ends += (nearest - ends) * EQUAL  # who is heard but for rounding is heard
-    farthest = np.column_stack((ends, np.full(len(ends), scenario.survey.deepest)))
+    farthest = np.column_stack((ends, np.full(len(ends), setup.deepest_m)))
     at_ends = fix_chance(setup, stations, farthest)
     if everywhere is None or at_ends is None:
         return {"fix_chance_mean": None, "fix_chance_least": None}

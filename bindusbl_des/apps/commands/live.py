@@ -317,9 +317,8 @@ def _listening(poses: str, bind: str, setup: "Setup", stack: ExitStack) -> "Rece
     sink, _, port = poses.partition(":")
     if sink != "udp" or not re.fullmatch("[0-9]{1,5}", port) or int(port) > 65535:
         refuse(f"--poses {poses}: write udp:PORT")
-    scenario = setup.scenario
     try:
-        depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
+        depths = [auv.depth_m for auv in setup.auvs]
         ear = Received(bind, int(port), len(depths), setup.ground, depths)
     except OSError as error:
         refuse(f"--poses {poses}: cannot be opened ({error.strerror or error})")

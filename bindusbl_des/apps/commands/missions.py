@@ -251,7 +251,7 @@ def models(scenario: "Scenario") -> str:
     if protocol.asvs_ping:
         parts = ""
     return (
-        f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.vehicle}), "
+        f"{scenario.name}: {counted(auvs.count, 'AUV')} ({auvs.words}), "
         f"{counted(asvs.count, 'ASV')} ({asvs.words}), {scenario.lasting}, "
         f"{parts}{protocol.ranging}, {scenario.navigation.filter}, {clock}"
     )

@@ -257,21 +257,21 @@ def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Itera
             corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
             circle = counter_clockwise(on_earth(corners.tolist()))
             yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
-    for number, lane in enumerate(planned_lanes(setup)):
+    for number, lane in planned_lanes(setup).items():
         look = _of_auv("auv", number)
         yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()), look)
 
 
-def planned_lanes(setup: Setup) -> list[Floats]:
-    """Return the way (n, 2), m, that each AUV is to go, thinned to what a chart shows; none where
-    AUVs fly no paths.
+def planned_lanes(setup: Setup) -> dict[int, Floats]:
+    """Return the way (n, 2), m, that each AUV that flies a path is to go, by its number, thinned to
+    what a chart shows.
     """
-    if not setup.scenario.auvs.route.is_flown:
-        return []
-    lanes = []
-    for path in (plan.path for plan in setup.plans):
-        steps = max(int(np.ceil(path.length / STEP_M)), 2)
-        lanes.append(thinned(path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2]))
+    lanes: dict[int, Floats] = {}
+    for number, plan in enumerate(setup.plans_that_ship):
+        if plan is not None:
+            steps = max(int(np.ceil(plan.path.length / STEP_M)), 2)
+            way = plan.path.sample(np.linspace(0.0, plan.path.length, steps + 1))
+            lanes[number] = thinned(way[:, :2])
     return lanes
 
 

@@ -209,13 +209,12 @@ def _survey(setup: Setup) -> dict[str, Any]:
 
 
 def _planned(setup: Setup) -> Iterator[dict[str, Any]]:
-    scenario = setup.scenario
-    if not scenario.auvs.route.is_flown:
-        return
-    for number, plan in enumerate(setup.plans):
+    for (number, *_, depth_m, _, _), plan in zip(setup.auvs, setup.plans_that_ship, strict=True):
+        if plan is None:
+            continue
         path = plan.path
         places = path.sample(np.linspace(0.0, path.length, PLAN_POINTS))[:, :2]
-        depth = np.full(len(places), scenario.survey.depth(number))
+        depth = np.full(len(places), depth_m)
         drawn = line(np.column_stack([places, depth]), colour(PLANNED_ON_DARK), width=1.0)
         yield _entity(f"AUV{number}", lines=[drawn])
 

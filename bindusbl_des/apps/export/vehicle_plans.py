@@ -46,10 +46,10 @@ def objection_to_plans(folder: Path) -> str | None:
 
 
 def _plans(setup: Setup) -> Iterator[tuple[str, dict[str, Any]]]:
-    on_earth, auvs = earthly(setup), setup.scenario.auvs
+    on_earth = earthly(setup)
     surface_m = setup.scenario.environment.surface_m
-    for number, lane in enumerate(planned_lanes(setup)):
-        depth, speed = setup.scenario.survey.depth(number), auvs.speed(number)
+    for number, lane in planned_lanes(setup).items():
+        depth, speed = setup.auvs[number].depth_m, setup.auvs[number].speed_m_per_s
         items = [_item(SPEED, [1, speed, -1, 0, 0, 0, 0])]
         items += [_at(WAYPOINT, *place, -depth) for place in on_earth(lane.tolist())]
         yield f"AUV{number}", _plan(items, SUBMARINE, speed, surface_m)

@@ -84,7 +84,8 @@ def _draw_panel(axes: Axes, result: "Result", recorded: Recording, name: str) ->
     times = track.time_s.to_numpy()
     bound = error_envelope(recorded, int(name[3:]))
     axes.fill_between(times, bound, color=FAINT, lw=0, label="envelope")
-    sensors, speed = result.setup.own_sensors, max(result.scenario.auvs.speeds)
+    auv = result.setup.auvs[int(name[3:])]
+    sensors, speed = result.setup.sensors[auv.number], auv.speed_m_per_s
     model = [sensors.straight_drift_rms(t, speed) for t in times.tolist()]
     axes.plot(times, model, "--", color="#777777", lw=0.8, label="drift model")
     axes.plot(times, imu_errors(track), ":", color=colour, label="dead reckoning")

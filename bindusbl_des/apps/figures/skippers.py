@@ -1,7 +1,7 @@
 """One sheet of paper for the bridge: a chart with its graticule, tables, and plain words."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import wrap
 from typing import Any, NamedTuple
 
@@ -47,10 +47,13 @@ class Sheet(NamedTuple):
     foot: str
 
 
-def skippers_sheet(setup: Setup, sheet: Sheet, lanes: Sequence[Floats], ways: Any = ()) -> Figure:
+def skippers_sheet(
+    setup: Setup, sheet: Sheet, lanes: Mapping[int, Floats], ways: Any = ()
+) -> Figure:
     """Draw a sheet of A4 for the crew of a survey that is on Earth: chart, tables, words.
 
-    `lanes` (n, 2), m, are those of each AUV; `ways` (n, 2), m, those of vessels that move.
+    `lanes` (n, 2), m, are those of AUVs, by their numbers; `ways` (n, 2), m, those of vessels that
+    move.
     """
     figure, writer = Drawing(figsize=PAPER), _Writer()
     writer.write(figure, sheet.title, TITLE, weight="bold")
@@ -119,13 +122,13 @@ def _tabulate(figure: Figure, writer: _Writer, table: Table) -> None:
         writer.down -= LINE
 
 
-def _draw_chart(axes: Axes, setup: Setup, lanes: Sequence[Floats], ways: Sequence[Any]) -> None:
+def _draw_chart(axes: Axes, setup: Setup, lanes: Mapping[int, Floats], ways: Sequence[Any]) -> None:
     """Draw area, lanes, vessels and HF ranges (m), with a graticule in degrees and minutes."""
     stations = east_north(np.array(setup.kept_stations_m).reshape(-1, 2))
     outline = east_north(setup.area.outline)
     axes.add_patch(Polygon(outline, fill=False, lw=1.2, ec=INK))
-    colours = [colour_of(f"AUV{auv}") for auv in range(len(lanes))]
-    drawn = [east_north(lane) for lane in lanes]
+    colours = [colour_of(f"AUV{auv}") for auv in lanes]
+    drawn = [east_north(lane) for lane in lanes.values()]
     axes.add_collection(LineCollection(drawn, colors=colours, linewidths=0.8))
     for auv, lane in enumerate(drawn[:LARGEST_LEGEND]):
         _name(axes, f"AUV{auv}", lane[0], colours[auv])

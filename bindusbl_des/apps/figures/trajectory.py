@@ -27,7 +27,6 @@ from .style import (
 
 if TYPE_CHECKING:
     from ...core.results.result import Result
-    from ...core.scenario.scenario import Scenario
 
 
 # Points at which a planned path is drawn
@@ -36,7 +35,7 @@ PLAN_POINTS = 1000
 
 def trajectory(result: "Result", width: float) -> Figure:
     """Draw the map of a mission with its legend."""
-    handles = map_handles(result.scenario)
+    handles = map_handles(result.setup)
     rows = -(-len(handles) // max(1, int(width * 72 / 110)))
     figure = new_figure(width, width + 0.25 + 0.16 * rows)
     axes = figure.add_subplot()
@@ -72,12 +71,11 @@ def draw_map(axes: Axes, result: "Result") -> None:
 
 
 def _plans(setup: Setup) -> list[Any]:
-    """Return the planned paths (n, 2), east and north, none where AUVs hold or repeat a track."""
-    if not setup.scenario.auvs.route.is_flown:
-        return []
+    """Return the planned paths (n, 2), east and north, none of AUVs that hold or repeat a track."""
     return [
         east_north(plan.path.sample(np.linspace(0.0, plan.path.length, PLAN_POINTS))[:, :2])
-        for plan in setup.plans
+        for plan in setup.plans_that_ship
+        if plan is not None
     ]
 
 
@@ -142,8 +140,9 @@ def _write(axes: Axes, text: str, top: tuple[float, float], colour: str, ha: str
     )  # fmt: skip
 
 
-def map_handles(scenario: "Scenario") -> list[Artist]:
+def map_handles(setup: Setup) -> list[Artist]:
     """Return the legend of the map: kinds of line, ASVs and their ranges, AUVs."""
+    scenario = setup.scenario
     line, asvs = ("-", "ASV and its track") if scenario.asvs.formation.moves else ("", "ASV")
     handles: list[Artist] = [
         Line2D([], [], color=PLANNED, lw=0.6, label="planned path"),
@@ -154,6 +153,6 @@ def map_handles(scenario: "Scenario") -> list[Artist]:
         Line2D([], [], color=HF, ls="--", lw=0.7, label="HF range"),
         Line2D([], [], color=MF, ls=":", lw=0.7, label="MF range"),
     ]
-    if not scenario.auvs.route.is_flown:
+    if not any(wing.asked.is_flown for wing in setup.wings):
         handles = handles[1:]
     return handles + vehicle_handles(f"AUV{i}" for i in range(scenario.auvs.count))

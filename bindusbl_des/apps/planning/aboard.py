@@ -69,12 +69,11 @@ def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[st
 
 def _fleet(setup: Setup) -> list[str]:
     """Return what AUVs do, in a sentence."""
-    auvs, survey = setup.scenario.auvs, setup.scenario.survey
-    depths = sorted({survey.depth(auv) for auv in range(auvs.count)})
-    speeds = sorted(set(auvs.speeds))
+    depths = sorted({auv.depth_m for auv in setup.auvs})
+    speeds = sorted({auv.speed_m_per_s for auv in setup.auvs})
     deep, fast = (" to ".join(f"{one:g}" for one in dict.fromkeys((ends[0], ends[-1])))
                   for ends in (depths, speeds))  # fmt: skip
-    text = f"{counted(auvs.count, 'AUV')}, {deep} m deep, {fast} m/s"
+    text = f"{counted(len(setup.auvs), 'AUV')}, {deep} m deep, {fast} m/s"
     ends = float(setup.scenario.duration_s)
     try:
         flown = float(setup.survey_end_s)
@@ -85,10 +84,10 @@ def _fleet(setup: Setup) -> list[str]:
     return [f"{text}. All lanes are flown after {timed(flown)}; the mission takes {timed(ends)}."]
 
 
-def _places(team: DrawnTeam, setup: Setup, lanes: Sequence[Any]) -> list[tuple[str, ...]]:
+def _places(team: DrawnTeam, setup: Setup, lanes: Mapping[int, Any]) -> list[tuple[str, ...]]:
     stations = [tuple(way[0]) for way in team.ways] or setup.kept_stations_m
     named = [(f"ASV{number}", tuple(place)) for number, place in enumerate(stations)]
-    named += [(f"AUV{number}", tuple(lane[0].tolist())) for number, lane in enumerate(lanes)]
+    named += [(f"AUV{number}", tuple(lane[0].tolist())) for number, lane in lanes.items()]
     on_earth = located(setup, [place for _, place in named])
     return [
         (name, minutes, degrees, f"{place['x_m']:.1f}, {place['y_m']:.1f}")

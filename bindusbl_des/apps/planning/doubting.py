@@ -180,7 +180,8 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
         keys = {f"{NAVIGATION}.{name}": size for name, size in twice.items()}
         yield "drift", f"drift x {DRIFTIER:g}", keys
     line = navigation.drift.line_m
-    if setup.drift_line_m or (navigation.drift.is_stated and line is None):
+    wanders = any(map(setup.drift_line_m, setup.groups))
+    if wanders or (navigation.drift.is_stated and line is None):
         sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
         usually = "at all" if line is None else f"{line:g}"
         words = f"drift wanders over {sooner:.3g} m, not {usually}"

@@ -27,6 +27,12 @@ LARGEST = 3_000
 
 TWICE, HALF, QUARTER = 0.5, 2, 4
 
+LESS_DRIFT = {
+    "walk_m2_per_s": QUARTER,
+    "assumed_walk_m2_per_s": QUARTER,
+    "sources": {"mean": HALF, "drawn_sd": HALF, "assumed_sd": HALF, "wander_per_s": QUARTER},
+}
+
 # What may bind, its relief in words, and by what which numbers of the inputs are divided then.
 # Slots stay as they are where ranges double: the speed of sound and the depth that they are
 # reckoned with double, too, and clock errors halve, so that they are as many metres as before.
@@ -73,13 +79,7 @@ IMPROVED: tuple[tuple[str, str, Mapping[str, Any]], ...] = (
         "drift",
         "drift of dead reckoning: were it half as large",
         {
-            "navigator": {
-                "walk_m2_per_s": QUARTER,
-                "assumed_walk_m2_per_s": QUARTER,
-                "sources": {
-                    "mean": HALF, "drawn_sd": HALF, "assumed_sd": HALF, "wander_per_s": QUARTER,
-                },
-            }
+            "navigator": LESS_DRIFT, "others": LESS_DRIFT,
         },
     ),
 )  # fmt: skip

@@ -8,7 +8,6 @@ from itertools import combinations
 from typing import Any
 
 from ...core.scenario.measured import read_measured
-from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
 from ...models.presets.modems import airtime_table
 from ...support.mistakes import Problem
@@ -81,7 +80,7 @@ def deliveries(setup: Setup) -> Iterator[Problem]:
     scenario = setup.scenario
     loss = scenario.acoustics.loss
     for band, what in (("hf", "pings"), ("mf", "frames")):
-        if not _may_lose_half(scenario, band):
+        if not _may_lose_half(setup, band):
             continue
         from .fix_chance import HALF, delivery  # brings numpy
 
@@ -102,7 +101,7 @@ def deliveries(setup: Setup) -> Iterator[Problem]:
 
 def steep(setup: Setup) -> Iterator[Problem]:
     """Yield whose horizontal range is another than the way that sound takes to the deepest AUV."""
-    for name, words in _steep(setup.scenario):
+    for name, words in _steep(setup):
         yield Problem(
             f"acoustics.{name}.range_metric",
             f"{words}; set it to slant, or acoustics.{name}.range_m to what is reached at that "
@@ -111,9 +110,10 @@ def steep(setup: Setup) -> Iterator[Problem]:
         )
 
 
-def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
+def _steep(setup: Setup) -> Iterator[tuple[str, str]]:
     """Yield the bands of which that is so, and how far they reach by either metric, in words."""
-    deepest, protocol = scenario.survey.deepest, scenario.protocol
+    scenario, deepest = setup.scenario, setup.deepest_m
+    protocol = scenario.protocol
     for name, band in scenario.acoustics.bands.items():
         used = name == "hf" or protocol.sends_frames
         on_disc = used and band.traits.ends_at_range
@@ -132,7 +132,7 @@ def _steep(scenario: Scenario) -> Iterator[tuple[str, str]]:
 def tables(setup: Setup) -> Iterator[Problem]:
     """Yield which tables of sound end before the ranges or depths that count."""
     scenario = setup.scenario
-    depths = [scenario.survey.depth(auv) for auv in range(scenario.auvs.count)]
+    depths = [auv.depth_m for auv in setup.auvs]
     for name, band in scenario.acoustics.bands.items():
         if (file := band.channel.settings.get("rays")) is None:
             continue
@@ -171,24 +171,26 @@ def fastest_m_per_s(setup: Setup) -> float | None:
     None where that is not known: of vehicles that a log, an autopilot or a program moves.
     """
     scenario = setup.scenario
-    auvs, asvs = scenario.auvs, scenario.asvs
-    if "auvs.route" in scenario.plugins:
+    asvs, vehicles = scenario.asvs, [group.vehicle for group in setup.groups]
+    if any(wing.asked.choice.is_own for wing in setup.wings):
         return None
-    moved = any(of.vehicle.is_steered or of.vehicle.choice.is_own for of in (auvs, asvs))
-    if moved or setup.route.is_recorded or asvs.formation.moored is None:
+    moved = any(hull.is_steered or hull.choice.is_own for hull in (*vehicles, asvs.vehicle))
+    recorded = any(wing.asked.is_recorded for wing in setup.wings)
+    if moved or recorded or asvs.formation.moored is None:
         return None
-    return planned_speed_m_per_s(setup)
+    return max(planned_speeds_m_per_s(setup))
 
 
-def planned_speed_m_per_s(setup: Setup) -> float:
-    """Return how fast (m/s) the fastest AUV is to go on a route that is no track; speeds that are
-    given are those seen from above.
+def planned_speeds_m_per_s(setup: Setup) -> tuple[float, ...]:
+    """Return how fast (m/s) each AUV is to go whose route is no track; speeds that are given are
+    those seen from above.
     """
-    if setup.route.is_held:
-        return 0.0
-    surfacing = setup.route.surfacing
-    steep = 0.0 if surfacing is None else surfacing.climb_angle_deg
-    return max(setup.scenario.auvs.speeds) / math.cos(math.radians(steep))
+    found = list(setup.planned_speeds_m_per_s)
+    for wing in setup.wings:
+        if (surfacing := wing.asked.surfacing) is not None:
+            for auv in wing.members:
+                found[auv] /= math.cos(math.radians(surfacing.climb_angle_deg))
+    return tuple(found)
 
 
 def shifted_bands(setup: Setup) -> dict[str, float]:
@@ -231,16 +233,17 @@ def shifts(setup: Setup) -> Iterator[Problem]:
             )
 
 
-def _may_lose_half(scenario: Scenario, name: str) -> bool:
+def _may_lose_half(setup: Setup, name: str) -> bool:
     """Tell whether a band's channel has to be asked, for which `validate` does not wait where a
     disc cannot lose half the signals.
     """
+    scenario = setup.scenario
     band, loss = scenario.acoustics.bands[name], scenario.acoustics.loss
     if not band.traits.ends_at_range:
         return name == "hf" or scenario.protocol.sends_frames
     if name == "mf":
         return False
-    away = math.hypot(band.range_m, scenario.survey.deepest)
+    away = math.hypot(band.range_m, setup.deepest_m)
     shrink = min(1.0, SAFE_M / 2.0 / band.range_m) if loss.law == "scaled" else 1.0
     shared = loss.combine != "off" and scenario.auvs.count * loss.contention_per_auv > 0.3
     return shared or (loss.law != "none" and away * shrink > SAFE_M)
@@ -395,7 +398,7 @@ def believed(setup: Setup) -> Iterator[Problem]:
             "may miss most fixes, or all; use downlink sequential, or per_band for two transducers",
             ("protocol.downlink", "protocol.schedule"),
         )
-    moves = not scenario.auvs.route.is_held and scenario.asvs.count > 1
+    moves = not all(wing.asked.is_held for wing in setup.wings) and scenario.asvs.count > 1
     if protocol.calls and moves and protocol.positions == "last_fix":
         yield Problem(
             "protocol.positions",
@@ -422,7 +425,7 @@ ALWAYS_HEARING = (
 def left_out(setup: Setup) -> Iterator[str]:
     """Yield what the rates of `limits` leave out, or take for granted, in sentences."""
     scenario, protocol, rule = setup.scenario, setup.scenario.protocol, setup.broadcaster
-    for _, words in _steep(scenario):
+    for _, words in _steep(setup):
         yield f"{words[0].upper()}{words[1:]}."
     if protocol.duplex == "per_node" and not protocol.asvs_ping:
         yield ALWAYS_HEARING

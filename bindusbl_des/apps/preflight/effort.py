@@ -41,7 +41,8 @@ def counts_of(setup: Setup) -> dict[str, float]:
     scenario = setup.scenario
     auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
     record, full = scenario.record, scenario.record.detail == "full"
-    moving = auvs.count * auvs.vehicle.has_dynamics + asvs.count * asvs.vehicle.has_dynamics
+    steered = sum(auv.group.vehicle.has_dynamics for auv in setup.auvs)
+    moving = steered + asvs.count * asvs.vehicle.has_dynamics
     lanes, legs = _planned(setup)
     return {
         **_protocol(setup),
@@ -117,16 +118,17 @@ def _period(rounds: Rounds, groups: int, fixes: int) -> float:
 
 def _heard(setup: Setup) -> NDArray[np.float64]:
     """Return about how many AUVs each ASV hears when the mission begins."""
-    scenario = setup.scenario
-    route, reach = setup.nominal_route, setup.horizontal_reach_m
-    count, asvs = scenario.auvs.count, scenario.asvs.count
-    if route.places and count * asvs <= MOST_PAIRS:
-        starts = [places[0] for places in route.places]
-        apart = np.array(starts)[None] - np.array(setup.nominal_stations_m)[:, None]
-        near: NDArray[np.float64] = np.sum(np.hypot(*apart.T) <= reach, axis=0).astype(float)
-        return near
+    scenario, reach = setup.scenario, setup.horizontal_reach_m
+    asvs, found = scenario.asvs.count, np.zeros(scenario.asvs.count)
     share = min(1.0, math.pi * reach**2 / setup.area.square_m)
-    return np.full(asvs, share * count)
+    for wing, route in zip(setup.wings, setup.nominal_routes, strict=True):
+        if route.places and len(wing) * asvs <= MOST_PAIRS:
+            starts = [places[0] for places in route.places]
+            apart = np.array(starts)[None] - np.array(setup.nominal_stations_m)[:, None]
+            found += np.sum(np.hypot(*apart.T) <= reach, axis=0)
+        else:
+            found += share * len(wing)
+    return found
 
 
 def heard_share(setup: Setup) -> float:
@@ -137,26 +139,30 @@ def heard_share(setup: Setup) -> float:
 
 def _planned(setup: Setup) -> tuple[float, float]:
     """Return how many lanes are planned and legs flown."""
-    auvs, route = setup.scenario.auvs, setup.nominal_route
-    if route.is_held or route.is_recorded:
-        return 0.0, 0.0
-    lanes, tour = _tour(setup)
-    laps = 1.0 + max(auvs.speeds) * setup.scenario.duration_s / tour
-    legs = 0.0 if auvs.vehicle.has_dynamics else auvs.count * laps * (6 * lanes + 10)
-    return auvs.count * lanes, legs
+    found = legs = 0.0
+    for number, (wing, route) in enumerate(zip(setup.wings, setup.nominal_routes, strict=True)):
+        if route.is_held or route.is_recorded:
+            continue
+        auvs = [setup.auvs[auv] for auv in wing.members]
+        flown = sum(not auv.group.vehicle.has_dynamics for auv in auvs)
+        lanes, tour = _tour(setup, number)
+        laps = 1.0 + max(auv.speed_m_per_s for auv in auvs) * setup.scenario.duration_s / tour
+        found, legs = found + len(wing) * lanes, legs + flown * laps * (6 * lanes + 10)
+    return found, legs
 
 
-def _tour(setup: Setup) -> tuple[float, float]:
-    """Return how many lanes an AUV has, and at least how long (m) its tour is."""
-    auvs, route = setup.scenario.auvs, setup.nominal_route
+def _tour(setup: Setup, number: int) -> tuple[float, float]:
+    """Return how many lanes an AUV of a wing has, and at least how long (m) its tour is."""
+    wing, route = setup.wings[number], setup.nominal_routes[number]
     ruled = route.lanes or Lawnmower()
-    turns = 2 * math.pi * (0.0 if auvs.vehicle.has_dynamics else auvs.turning_radius_m)
+    group = setup.auvs[wing.members[0]].group
+    turns = 2 * math.pi * (0.0 if group.vehicle.has_dynamics else group.turning_radius_m)
     if route.places:
         lengths = [sum(math.dist(a, b) for a, b in pairwise(places)) for places in route.places]
         return max(map(len, route.places)), 2 * min(lengths) + turns
     spacing, margin = ruled.lane_spacing_m, ruled.end_margin_m
-    box = setup.area.along(setup.lanes_heading_rad).box
-    lanes = max(1.0, (box.y_max - box.y_min) / auvs.count / spacing)
+    box = setup.area.along(setup.lanes_heading_rad(wing)).box
+    lanes = max(1.0, (box.y_max - box.y_min) / len(wing) / spacing)
     lane = box.x_max - box.x_min - 2 * (spacing / 2 if margin is None else margin)
     return lanes, 2 * lanes * lane + turns
 

@@ -88,7 +88,7 @@ def _parts(setup: Setup, corners: Floats, size: float) -> tuple[Floats, Floats]:
     parts = shapely.intersection(squares, setup.area.shape)
     share = shapely.area(parts) / size**2
     middles = shapely.get_coordinates(shapely.centroid(np.where(share > 0.0, parts, squares)))
-    return np.column_stack((middles, np.full(len(share), setup.scenario.survey.deepest))), share
+    return np.column_stack((middles, np.full(len(share), setup.deepest_m))), share
 
 
 def mean_chance(setup: Setup, stations: ArrayLike, cells: int) -> tuple[float, float] | None:
@@ -111,7 +111,7 @@ def mean_chance(setup: Setup, stations: ArrayLike, cells: int) -> tuple[float, f
         uneven = np.zeros(len(share), dtype=bool)
         if times < PARTED:
             four = (corners[:, np.newaxis] + size * UNIT).reshape(-1, 2)
-            depths = np.full(len(four), setup.scenario.survey.deepest)
+            depths = np.full(len(four), setup.deepest_m)
             around = fix_chance(setup, stations, np.column_stack((four, depths)))
             assert around is not None
             uneven = np.abs(around.reshape(-1, 4).mean(axis=1) - chance) > EVEN
@@ -304,7 +304,7 @@ def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
     of links.
     """
     scenario = setup.scenario
-    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
+    hf, depth = scenario.acoustics.hf, setup.deepest_m
     reach = hf.range_m if band == "hf" else scenario.acoustics.mf.range_m
     if band == "hf" and hf.traits.ends_at_range:
         reach = hf.longest_path_m(depth)
@@ -322,7 +322,7 @@ def loses_pings(setup: Setup) -> bool:
     hf = scenario.acoustics.hf
     if not (hf.by_place and hf.traits.ends_at_range):
         return True
-    reach = hf.longest_path_m(scenario.survey.deepest)
+    reach = hf.longest_path_m(setup.deepest_m)
     ranges = np.linspace(0.0, reach, LOOKED_UP)
     return bool(setup.ping_loss.over(ranges).max() > 0.0)
 
@@ -337,7 +337,7 @@ def heard_rings(setup: Setup) -> Rings:
     decides, which is not asked; shadows and dips of other channels leave more than one ring.
     """
     scenario = setup.scenario
-    hf, depth = scenario.acoustics.hf, scenario.survey.deepest
+    hf, depth = scenario.acoustics.hf, setup.deepest_m
     reach = setup.horizontal_reach_m
     if not hf.by_place:
         return ((0.0, reach),)

@@ -16,7 +16,7 @@ from ...core.scenario import families
 from ...core.scenario.families import FAMILIES
 from ...core.scenario.key_types import Part
 from ...core.scenario.part_choice import PartChoice
-from ...core.scenario.scenario import Scenario
+from ...core.scenario.scenario_keys import ScenarioKeys
 from ...core.scenario.sections.usbl import UsblSection
 from ...core.scenario.sections.vehicles import VehicleChoice
 from ...core.setup import Setup
@@ -132,7 +132,7 @@ def _peers_by_clock(setup: Setup) -> bool:
 
 def _wanders(setup: Setup) -> bool:
     """Tell whether the errors of a sheet of drift wander, as biases that have a frame."""
-    return setup.drift_line_m is not None
+    return any(setup.drift_line_m(group) is not None for group in setup.groups)
 
 
 RULES = (
@@ -506,8 +506,34 @@ RULES = (
 
 
 def idle_keys(setup: Setup) -> Iterator[Problem]:
-    """Yield the keys that are given and do nothing, each once."""
-    scenario = setup.scenario
+    """Yield the keys that are given and do nothing, each once: to no group of AUVs that goes by
+    them.
+    """
+    if not setup.scenario.auvs.groups:
+        yield from _idle(setup, setup.scenario)
+        return
+    found = [
+        {problem.key: problem for problem in _idle(setup, group.alone)} for group in setup.groups
+    ]
+    for key, problem in {key: own for idles in found for key, own in idles.items()}.items():
+        places = [group.place(key) for group in setup.groups]
+        for place in dict.fromkeys(places):
+            followers = [idles for idles, own in zip(found, places, strict=True) if own == place]
+            if all(key in idles for idles in followers):
+                yield problem._replace(key=place)
+
+
+def overruled(setup: Setup) -> Iterator[Problem]:
+    """Yield keys that are said of all AUVs, and by each group for itself."""
+    dumped = _is_whole(setup.scenario)
+    for key in setup.overruled_keys:
+        if _is_given(setup.scenario, key, dumped):
+            message = "has no effect: each group of AUVs says its own; remove it"
+            yield Problem(key, message, ("auvs.groups",))
+
+
+def _idle(setup: Setup, scenario: ScenarioKeys) -> Iterator[Problem]:
+    """Yield the keys of a scenario that are given and do nothing, each once."""
     seen: set[str] = set()
     dumped = _is_whole(scenario)
     for rule in RULES:
@@ -523,7 +549,7 @@ def idle_keys(setup: Setup) -> Iterator[Problem]:
         yield from (Problem(key, message, tuple(rule.mode)) for key in given)
 
 
-def _value(scenario: Scenario, key: str) -> Any:
+def _value(scenario: ScenarioKeys, key: str) -> Any:
     """Return the value of a dotted key, of a vehicle its model; None where there is no such key."""
     value: Any = scenario
     for name in key.split("."):
@@ -541,7 +567,7 @@ def _setting(key: str, part: PartChoice, name: str) -> Any:
     return part.settings.get(name, field.default if field else None)
 
 
-def _is_given(scenario: Scenario, key: str, dumped: bool) -> bool:
+def _is_given(scenario: ScenarioKeys, key: str, dumped: bool) -> bool:
     """Tell whether a key is given; of a scenario that was `dumped` whole: another value than its
     default.
     """
@@ -582,11 +608,13 @@ def sheet(setup: Setup) -> Iterator[Problem]:
 def receivers(setup: Setup) -> Iterator[Problem]:
     """Yield GNSS receivers of AUVs that are never at the surface, as far as that is planned."""
     scenario = setup.scenario
-    receiver, route, survey = scenario.navigation.gnss_fix, scenario.auvs.route, scenario.survey
-    planned = (route.is_flown or route.is_held) and not scenario.auvs.vehicle.own
-    if receiver is None or not planned or route.surfacing is not None:
+    receiver, routes = scenario.navigation.gnss_fix, [wing.asked for wing in setup.wings]
+    planned = all(route.is_flown or route.is_held for route in routes)
+    own = any(group.vehicle.own for group in setup.groups)
+    rises = any(route.surfacing is not None for route in routes)
+    if receiver is None or not planned or own or rises:
         return
-    shallowest = min(survey.depths_m or (survey.depth_m,))
+    shallowest = min(auv.depth_m for auv in setup.auvs)
     if shallowest > receiver.depth_m:
         yield Problem(
             "navigation.gnss_fix",

@@ -87,7 +87,7 @@ def planned_sights(setup: Setup) -> SurveySights:
     auvs = np.empty((len(times), len(vehicles), 3))
     for auv, vehicle in enumerate(vehicles):
         auvs[:, auv, :2] = vehicle.sample(times)[:, :2]
-        auvs[:, auv, 2] = setup.scenario.survey.depth(auv)
+        auvs[:, auv, 2] = setup.auvs[auv].depth_m
     stations = np.array(setup.nominal_stations_m, dtype=np.float64)  # a ring for those that move
     asvs = np.column_stack((stations, np.zeros(len(stations))))
     return sights(setup, times, auvs, np.broadcast_to(asvs, (len(times), *asvs.shape)))
@@ -172,7 +172,7 @@ def _chances(
     each AUV from its own depth.
     """
     ranges = np.linspace(0.0, max(float(slant.max()), 1.0), LOOKED_UP)
-    depths = np.array([setup.scenario.survey.depth(auv) for auv in range(slant.shape[1])])
+    depths = np.array([setup.auvs[auv].depth_m for auv in range(slant.shape[1])])
     found = np.empty_like(slant)
     for depth in np.unique(depths).tolist():
         table = chance(setup, ranges, depth)

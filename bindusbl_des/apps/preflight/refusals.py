@@ -4,7 +4,7 @@ What keys contradict is told where they are read.  This takes longer to find out
 hull settles, how often a path comes up, what stands in a file of sound.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from math import exp
 
 from ...core.scenario.files.scenario_file import Source
@@ -34,8 +34,8 @@ def refusals(setup: Setup) -> Iterator[Problem]:
     """Yield why no mission of a scenario can begin."""
     yield from _tables(setup)
     yield from _ways(setup)
-    scenario = setup.scenario
-    yield from _carried_away(scenario, scenario.environment.current_m_per_s, is_sure=True)
+    current = setup.scenario.environment.current_m_per_s
+    yield from _carried_away(setup, current, is_sure=True)
 
 
 def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
@@ -47,7 +47,7 @@ def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
         # of the mean of a Gauss-Markov process over the mission
         share = 2.0 * memory / span * (1.0 - memory / span * (1.0 - exp(-span / memory)))
         fastest = water.current_m_per_s + SIGMAS * sd * share**0.5
-        yield from _carried_away(scenario, fastest, is_sure=False)
+        yield from _carried_away(setup, fastest, is_sure=False)
 
 
 def _tables(setup: Setup) -> Iterator[Problem]:
@@ -74,40 +74,45 @@ def _tables(setup: Setup) -> Iterator[Problem]:
 
 def _ways(setup: Setup) -> Iterator[Problem]:
     """Yield why AUVs cannot fly what is planned for them: those that steer, or come up."""
-    auvs, surfacing = setup.scenario.auvs, setup.scenario.auvs.route.surfacing
-    comes_up = surfacing is not None and surfacing.surface_every_s is not None
-    if not (auvs.vehicle.has_dynamics or comes_up) or "auvs.route" in setup.scenario.plugins:
+    comes_up = [wing for wing in setup.wings if wing.asked.surfacing is not None]
+    steered = [group for group in setup.groups if group.vehicle.has_dynamics]
+    if not (steered or comes_up) or any(wing.asked.choice.is_own for wing in setup.wings):
         return
     try:
         _ = setup.plans
     except (ValueError, ArithmeticError) as error:
         key, _, message = str(error).partition(": ")
-        own = "auvs.route.surface_every_s" if comes_up else "auvs.vehicle"
+        hull = (*steered, *setup.groups)[0].key("vehicle")
+        own = f"{comes_up[0].key}.surface_every_s" if comes_up else hull
         known = key.startswith("auvs.")
-        yield Problem(key if known else own, message if known else str(error), ("auvs.vehicle",))
+        yield Problem(key if known else own, message if known else str(error), (hull,))
 
 
-def _carried_away(scenario: Scenario, current: float, *, is_sure: bool) -> Iterator[Problem]:
+def _carried_away(setup: Setup, current: float, *, is_sure: bool) -> Iterator[Problem]:
     """Yield fleets of hulls that make less way than a current (m/s), of all seeds or of some."""
-    auvs, asvs = scenario.auvs, scenario.asvs
+    scenario, asvs = setup.scenario, setup.scenario.asvs
     varies = scenario.environment.current_variation_m_per_s > 0.0
     if current == 0.0 or is_sure == varies:
         return
-    fleets: tuple[tuple[str, str, Sequence[float]], ...] = (
-        ("auvs", "AUV", auvs.speeds if auvs.vehicle.has_dynamics else ()),
-        ("asvs", "ASV", [0.0] * asvs.count if asvs.vehicle.has_dynamics else ()),
-    )
-    for section, word, speeds in fleets:
-        if not speeds:
-            continue
-        found = getattr(scenario, section).vehicle.carried_away(speeds, current)
+    fleets = [
+        (
+            (group.key("vehicle"), "AUV", group.members.start),
+            group.vehicle.carried_away if group.vehicle.has_dynamics else None,
+            [setup.auvs[auv].speed_m_per_s for auv in group.members],
+        )
+        for group in setup.groups
+    ]
+    drifts = asvs.vehicle.carried_away if asvs.vehicle.has_dynamics else None
+    fleets.append((("asvs.vehicle", "ASV", 0), drifts, [0.0] * asvs.count))
+    for (hull, word, first), carried_away, speeds in fleets:
+        found = None if carried_away is None else carried_away(speeds, current)
         if found is not None:
-            number, reason = found
+            number, reason = found[0] + first, found[1]
             often = "" if is_sure else "; missions of such seeds end at 0 s"
             when = "" if is_sure else " for some seeds"
             key = "current_m_per_s" if is_sure else "current_variation_m_per_s"
             yield Problem(
                 f"environment.{key}",
                 f"is too much for {word}{number}{when}: {reason}{often}",
-                (f"{section}.vehicle", f"{section}.vehicle.model"),
+                (hull, f"{hull}.model"),
             )

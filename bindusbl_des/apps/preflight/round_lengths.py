@@ -145,7 +145,7 @@ def pace_of(setup: Setup, slots: Slots) -> tuple[Slots, Slots] | None:
     """
     scenario, ping, pace = setup.scenario, slots.ping_duration, setup.schedule.pace
     if pace == "answered":
-        way = min(map(scenario.survey.depth, range(scenario.auvs.count))) / slots.sound_speed
+        way = min(auv.depth_m for auv in setup.auvs) / slots.sound_speed
         answered = 2.0 * (ping + way) + scenario.protocol.turnaround_s + slots.answer
         return replace(slots, uplink_slot=min(answered, slots.uplink_slot)), slots
     if pace == "packed":

@@ -65,17 +65,18 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
 
 def _left_out(setup: Setup) -> Iterator[Problem]:
     """Yield which rows of files do not count."""
-    for key, read, *source in _readings(setup.scenario):
+    for key, read, *source in _readings(setup):
         with suppress(ValueError):  # which is told as a mistake
             for told in read(*source).left_out:
                 yield Problem(key, told)
 
 
-def _readings(scenario: Scenario) -> Iterator[tuple[Any, ...]]:
+def _readings(setup: Setup) -> Iterator[tuple[Any, ...]]:
     """Yield the key of each file with rows, what reads it, and what that is to be given."""
-    route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
+    scenario = setup.scenario
     surface_m = scenario.environment.surface_m
-    for section, asked in (("auvs.route", route), ("asvs.formation", placement)):
+    routes = [(wing.key, wing.asked.recording) for wing in setup.wings]
+    for section, asked in (*routes, ("asvs.formation", scenario.asvs.formation.recording)):
         for number, source in enumerate(asked.sources if asked else ()):
             from ...models.charts.recordings import read_recording  # brings numpy, as tracks do
 
@@ -146,7 +147,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     |s.w|, and its sign is a guess where |s.w| < 3 sigma / sqrt(a).
     """
     scenario = setup.scenario
-    array, depths = scenario.usbl.array, scenario.survey
+    array = scenario.usbl.array
     if isinstance(array, str) or not setup.instrument.times_arrivals:
         return
     import numpy as np
@@ -157,7 +158,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     if SURE * sigma * math.sqrt(squares[2]) <= squares[0]:
         return
     flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
-    depth = min(depths.depth(auv) for auv in range(scenario.auvs.count))
+    depth = min(auv.depth_m for auv in setup.auvs)
     hf = scenario.acoustics.hf
     down = math.asin(min(depth / hf.longest_path_m(depth), 1.0))
     tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
@@ -259,7 +260,7 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(_lobes, _flat),
     *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
     *(places.routes, places.idle, places.tired, places.bays, places.tracks, perhaps_carried_away),
-    *(_left_out, _frames, _ticks, _samples, idle.idle_keys),
+    *(_left_out, _frames, _ticks, _samples, idle.idle_keys, idle.overruled),
 )
 
 

@@ -66,18 +66,17 @@ def _unheard(scenario: Scenario, beyond: Sequence[float]) -> Iterator[Problem]:
 
 def deep(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs are deeper than a band reaches, and so never heard, or never told."""
-    scenario = setup.scenario
-    survey, bands = scenario.survey, scenario.acoustics
+    scenario, bands = setup.scenario, setup.scenario.acoustics
     missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
     for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
         if band.range_metric != "slant" or not band.traits.ends_at_range:
             continue
-        deaf = [auv for auv in range(scenario.auvs.count) if survey.depth(auv) > band.range_m]
+        deaf = [auv for auv in setup.auvs if auv.depth_m > band.range_m]
         if deaf:
             yield Problem(
-                f"survey.depth{'s' * (survey.depths_m is not None)}_m",
-                f"{named('AUV', deaf)} deeper than the {name.upper()} range, {band.range_m:g} m "
-                f"slant: no ASV at the surface {words}",
+                deaf[0].group.key("depth_m"),
+                f"{named('AUV', [auv.number for auv in deaf])} deeper than the {name.upper()} "
+                f"range, {band.range_m:g} m slant: no ASV at the surface {words}",
                 (f"acoustics.{name}.range_m", f"acoustics.{name}.range_metric"),
             )
 
@@ -85,7 +84,7 @@ def deep(setup: Setup) -> Iterator[Problem]:
 def anchors(setup: Setup) -> Iterator[Problem]:
     """Yield what keeps ASVs that are placed anew from being where AUVs are."""
     scenario = setup.scenario
-    asked, auvs = scenario.asvs.formation.replanned, scenario.auvs
+    asked = scenario.asvs.formation.replanned
     if asked is None:
         return
     if scenario.protocol.asvs_ping:
@@ -95,8 +94,9 @@ def anchors(setup: Setup) -> Iterator[Problem]:
             "themselves, and the fleet knows of no fix",
             ("protocol.ranging",),
         )
-    fastest = max(auvs.speeds)
-    if auvs.route.is_flown and asked.speed_m_per_s < fastest:
+    flown = [auv for wing in setup.wings if wing.asked.is_flown for auv in wing.members]
+    fastest = max([setup.auvs[auv].speed_m_per_s for auv in flown], default=0.0)
+    if asked.speed_m_per_s < fastest:
         yield Problem(
             "asvs.formation.speed_m_per_s",
             f"is {asked.speed_m_per_s:g} m/s and AUVs go at {fastest:g} m/s: ASVs fall behind on "
@@ -112,21 +112,21 @@ def shapes(scenario: Scenario) -> list[str]:
 
 def routes(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs have places to go to or to hold outside the survey."""
-    scenario = setup.scenario
-    route, area = scenario.auvs.route, setup.area
-    if not route.PLACES:
-        return
-    plans = setup.route.places
-    beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in enumerate(plans)}
-    outside = {auv: excess for auv, excess in beyond.items() if excess > ON_THE_EDGE_M}
-    if outside:
-        yield Problem(
-            f"auvs.route.{route.places_key}",
-            f"{named('AUV', list(outside))} outside the survey of {area.words}, up to "
-            f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that crosses "
-            "the survey",
-            tuple(shapes(scenario)),
-        )
+    area = setup.area
+    for wing in setup.wings:
+        if not wing.asked.PLACES:
+            continue
+        plans = zip(wing.members, setup.route_of(wing).places, strict=True)
+        beyond = {auv: max(area.beyond(x, y) for x, y in plan) for auv, plan in plans}
+        outside = {auv: excess for auv, excess in beyond.items() if excess > ON_THE_EDGE_M}
+        if outside:
+            yield Problem(
+                f"{wing.key}.{wing.asked.places_key}",
+                f"{named('AUV', list(outside))} outside the survey of {area.words}, up to "
+                f"{max(outside.values()):.3g} m beyond its edge; slots are made for sound that "
+                "crosses the survey",
+                tuple(shapes(setup.scenario)),
+            )
 
 
 # Who waits for a shorter share of a mission than this hardly changes its means.
@@ -137,20 +137,23 @@ FAR_TOO_LONG = 1.5
 
 def idle(setup: Setup) -> Iterator[Problem]:
     """Yield by how much a mission is longer than its survey: that time counts in its means."""
-    scenario = setup.scenario
-    end, lanes = float(scenario.duration_s), scenario.auvs.route.lanes
-    if scenario.ends_with_survey or lanes is None:
+    scenario, area = setup.scenario, setup.area
+    end, ruled = float(scenario.duration_s), [wing.asked.lanes for wing in setup.wings]
+    if scenario.ends_with_survey or not any(ruled):
         return
-    area, spacing, margin = setup.area, lanes.lane_spacing_m, lanes.end_margin_m
-    inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
-    if inside / spacing / sum(scenario.auvs.speeds) > FAR_TOO_LONG * end:
-        return  # it takes no plan to see, and so no time
+    for wing, lanes in zip(setup.wings, ruled, strict=True):
+        if lanes is not None:
+            spacing, margin = lanes.lane_spacing_m, lanes.end_margin_m
+            inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
+            speed = sum(setup.auvs[auv].speed_m_per_s for auv in wing.members)
+            if inside / spacing / speed > FAR_TOO_LONG * end:
+                return  # it takes no plan to see, and so no time
     try:
         flown = float(setup.survey_end_s)
     except ValueError:
         return  # it has no end that is known, or none in time
     if end - flown > IDLE_SHARE * end:
-        rests = scenario.auvs.recovery(0) is not None
+        rests = setup.auvs[0].recovery_m is not None
         does = "wait where they are recovered" if rests else "go there and back once more"
         yield Problem(
             "duration_s",
@@ -163,33 +166,38 @@ def idle(setup: Setup) -> Iterator[Problem]:
 
 def tired(setup: Setup) -> Iterator[Problem]:
     """Yield which AUVs are to be longer in the water than they can."""
-    scenario, can = setup.scenario, setup.scenario.auvs.endurance_s
-    end = float(scenario.duration_s)
-    if can is None or end <= can:
-        return
-    key, others = "auvs.endurance_s", ("duration_s", "auvs.route", "auvs.speed_m_per_s")
-    try:
-        flown = setup.flown_s if scenario.auvs.route.is_flown else ()
-    except ValueError:
-        flown = ()
-    late = [auv for auv, after in enumerate(flown) if after > can]
-    if late:
-        longest = max(flown)
-        yield Problem(
-            key,
-            f"is {timed(can)}, and {named('AUV', late)} through with the lanes after "
-            f"{timed(longest)} at the latest: use more AUVs, lanes further apart, or more speed",
-            others,
-        )
-    elif flown:
-        yield Problem(
-            key,
-            f"is {timed(can)}, and the mission takes {timed(end)}; all lanes are flown after "
-            f"{timed(max(flown))}: write `duration_s: survey` to end with them",
-            others,
-        )
-    else:
-        yield Problem(key, f"is {timed(can)}, and the mission takes {timed(end)}", others)
+    end, others = (
+        float(setup.scenario.duration_s),
+        ("duration_s", "auvs.route", "auvs.speed_m_per_s"),
+    )
+    for group in setup.groups:
+        key, can = group.key("endurance_s"), group.endurance_s
+        if can is None or end <= can:
+            continue
+        try:
+            every = setup.flown_s if group.route.is_flown else {}
+        except ValueError:
+            every = {}
+        flown = {auv: every[auv] for auv in group.members if auv in every}
+        late = [auv for auv, after in flown.items() if after > can]
+        if late:
+            longest = max(flown.values())
+            yield Problem(
+                key,
+                f"is {timed(can)}, and {named('AUV', late)} through with the lanes after "
+                f"{timed(longest)} at the latest: use more AUVs, lanes further apart, or more "
+                "speed",
+                others,
+            )
+        elif flown:
+            yield Problem(
+                key,
+                f"is {timed(can)}, and the mission takes {timed(end)}; all lanes are flown after "
+                f"{timed(max(flown.values()))}: write `duration_s: survey` to end with them",
+                others,
+            )
+        else:
+            yield Problem(key, f"is {timed(can)}, and the mission takes {timed(end)}", others)
 
 
 # Data sheets give ranges aslant; seen from above an AUV deeper than this share is farther away.
@@ -198,7 +206,7 @@ DEEP_SHARE = 0.2
 
 def aslant(setup: Setup) -> Iterator[Problem]:
     """Yield horizontal ranges below which AUVs are so deep that sound goes notably farther."""
-    scenario, deepest = setup.scenario, setup.scenario.survey.deepest
+    scenario, deepest = setup.scenario, setup.deepest_m
     bands = ("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)
     for name, band in bands if scenario.protocol.sends_frames else bands[:1]:
         is_horizontal = band.range_metric == "horizontal" and band.traits.ends_at_range
@@ -214,22 +222,24 @@ def aslant(setup: Setup) -> Iterator[Problem]:
 
 def bays(setup: Setup) -> Iterator[Problem]:
     """Yield which lanes leave an area and come back, straight across a bay of it."""
-    auvs, area = setup.scenario.auvs, setup.area
-    route = auvs.route.lanes
-    if route is None or area.is_rectangle:
+    area = setup.area
+    if not any(wing.asked.lanes for wing in setup.wings) or area.is_rectangle:
         return
     import shapely  # which rectangles do not need
 
-    inside = area.along(setup.lanes_heading_rad).shape
-    if inside.equals(inside.convex_hull):
+    turned = {
+        auv: area.along(setup.lanes_heading_rad(wing)).shape
+        for wing in setup.wings if wing.asked.lanes for auv in wing.members
+    }  # fmt: skip
+    if all(shape.equals(shape.convex_hull) for shape in turned.values()):
         return
     try:
         shares = setup.lane_shares
     except ValueError:
         return  # which is told as a mistake
     lanes, crossed, gaps = 0, dict[int, int](), list[tuple[float, float]]()
-    for auv, share in enumerate(shares):
-        lanes += len(share.lanes)
+    for auv, share in shares.items():
+        lanes, inside = lanes + len(share.lanes), turned[auv]
         for lane in share.lanes:
             line = shapely.LineString([(lane.x_min, lane.y), (lane.x_max, lane.y)])
             ends = lane.x_min + SHORTEST_GAP_M, lane.x_max - SHORTEST_GAP_M
@@ -268,19 +278,23 @@ def named(kind: str, numbers: Sequence[int]) -> str:
 def tracks(setup: Setup) -> Iterator[Problem]:
     """Yield whose tracks leave them standing still for a while, or leave the survey."""
     scenario = setup.scenario
-    route = scenario.auvs.route.recording
-    if route is None:
+    files = {
+        auv: (wing, number)
+        for wing in setup.wings if wing.asked.recording for number, auv in enumerate(wing.members)
+    }  # fmt: skip
+    if not files:
         return
     import numpy as np  # which other routes do not need
 
     area, duration = setup.area, scenario.duration_s
     instants = np.linspace(0.0, duration, LOOKS)
+    keys = {auv: f"{wing.key}.files.{number}" for auv, (wing, number) in files.items()}
     late: dict[int, float] = {}
     early: dict[int, float] = {}
     away: dict[int, tuple[float, float]] = {}
-    for auv in range(len(route.files)):
+    for auv, file in files.items():
         try:
-            times, places = setup.auv_track(auv)
+            times, places = setup.auv_track(*file)
         except ValueError:
             continue  # which is told as a mistake
         late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
@@ -292,14 +306,14 @@ def tracks(setup: Setup) -> Iterator[Problem]:
         stood = {auv: time for auv, time in still.items() if time > 0.0}
         for auv, time in list(stood.items())[:MOST_NAMED]:
             yield Problem(
-                f"auvs.route.files.{auv}",
+                keys[auv],
                 f"the track of AUV{auv} {what}: it lies still for the {when} {time:.4g} s of "
                 f"{duration:g} s ({100 * time / duration:.2g} %){_more(len(stood))}",
-                ("duration_s", "auvs.route.time_offset_s"),
+                ("duration_s", f"{files[auv][0].key}.time_offset_s"),
             )
     for auv, (excess, share) in list(away.items())[:MOST_NAMED]:
         yield Problem(
-            f"auvs.route.files.{auv}",
+            keys[auv],
             f"the track of AUV{auv} leaves the survey of {area.words}, by up to {excess:.3g} m "
             f"and for {100 * share:.2g} % of the mission{_more(len(away))}; slots are made for "
             "sound that crosses the survey",

@@ -41,7 +41,7 @@ def error_envelope(mission: "Recording", auv: int) -> Floats:
     """
     if not mission.setup.navigator.has_gain:
         return SIGMAS * _largest_sd(mission.covariance(auv))
-    sd = mission.setup.own_sensors.random_walk_m_per_sqrt_s
+    sd = mission.setup.sensors[auv].random_walk_m_per_sqrt_s
     walk = np.array([sd**2, sd**2, 0.0])  # growth of xx, yy, xy (m2/s)
     delivered, covariances = _walked(mission, auv, walk)
     index = np.searchsorted(delivered, mission.times, side="right") - 1
@@ -112,7 +112,7 @@ def _unknown(mission: "Recording", auv: int) -> list[tuple[float, Floats]]:
     The initial position (m) along x and y, the velocity bias (m/s) along its two axes, the scale
     factor and the heading (rad).
     """
-    sensors, still = mission.setup.own_sensors, np.zeros((len(mission.times), 2))
+    sensors, still = mission.setup.sensors[auv], np.zeros((len(mission.times), 2))
     bias, start = sensors.bias_sd_m_per_s, mission.scenario.navigation.initial_position_sd_m
     axes = ((1.0, 0.0), (0.0, 1.0))
     unknown = [(start, still + np.array(axis)) for axis in axes if start]
@@ -144,7 +144,7 @@ def _mean_drift(mission: "Recording", auv: int) -> Floats:
     """Return the drift (m) at each instant that the bias and a steady current cause."""
     scenario = mission.scenario
     setup = mission.setup
-    rate = _bias_rate(mission, auv, setup.own_sensors.bias_m_per_s)
+    rate = _bias_rate(mission, auv, setup.sensors[auv].bias_m_per_s)
     if scenario.navigation.velocity == "through_water":
         rate = rate - _current(mission)
     return _summed(mission, rate)

@@ -119,7 +119,8 @@ def _drift(setup: Setup, time: float, initial_sd: float) -> float:
     the position at first adds 2 sd^2.  A log of the way through the water misses the current.
     """
     scenario, water = setup.scenario, setup.scenario.environment
-    drift = setup.own_sensors.straight_drift_rms(time, max(scenario.auvs.speeds))
+    speeds = zip(setup.sensors, setup.auvs, strict=True)
+    drift = max(own.straight_drift_rms(time, auv.speed_m_per_s) for own, auv in speeds)
     if scenario.navigation.velocity == "through_water":
         wandered = wandering_rms(
             time, water.current_variation_m_per_s, water.current_variation_time_s

@@ -94,15 +94,24 @@ def expected_error(mission: Recording, places: Floats, chance: Floats) -> Floats
     """
     navigation = mission.scenario.navigation
     noise = _noise(mission, places)
-    navigator = mission.setup.navigator
-    if noise is None or not (navigation.weighs or navigator.has_gain):
+    if noise is None or not (navigation.weighs or mission.setup.navigator.has_gain):
         return None
     wait = _round(mission) / np.where(chance > HARDLY_ANY, chance, np.nan)
+    groups = range(len(mission.setup.groups))
+    each = [_expected(mission, number, noise, chance, wait) for number in groups]
+    return np.asarray(np.max(each, axis=0))
+
+
+def _expected(
+    mission: Recording, number: int, noise: Floats, chance: Floats, wait: Floats
+) -> Floats:
+    """Return the same of the AUVs of a group, by its number."""
+    navigation, navigator = mission.setup.groups[number].navigation, mission.setup.navigator
     walk = navigation.random_walk_m_per_sqrt_s**2
     if not navigator.has_gain:
         return np.sqrt(2.0 * np.sqrt(walk**2 * wait**2 / 4.0 + walk * wait * noise))
     gain, p = navigation.fixed_gain.gain, chance
-    bias = math.hypot(*navigation.velocity_bias_m_per_s, _drawn(mission))
+    bias = math.hypot(*navigation.velocity_bias_m_per_s, _drawn(mission, number))
     squares = wait**2 * (2.0 - p)
     cubes = wait**3 * (p * p - 6.0 * p + 6.0)
     left = (1.0 - gain) ** 2 * (2.0 * walk * wait + bias**2 * wait**2 * (1.0 - p))
@@ -130,9 +139,11 @@ def _noise(mission: Recording, places: Floats) -> Floats | None:
     return noise
 
 
-def _drawn(mission: Recording) -> float:
+def _drawn(mission: Recording, number: int) -> float:
     """Return the sd (m/s) of what else drifts like a constant bias, both axes together."""
-    navigation, speed = mission.scenario.navigation, max(mission.scenario.auvs.speeds)
+    group = mission.setup.groups[number]
+    navigation = group.navigation
+    speed = max(mission.setup.auvs[auv].speed_m_per_s for auv in group.members)
     skew = math.hypot(navigation.scale_factor_sd, math.radians(navigation.heading_sd_deg))
     return math.hypot(math.sqrt(2.0) * navigation.velocity_bias_sd_m_per_s, skew * speed)
 

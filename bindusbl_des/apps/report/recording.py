@@ -185,8 +185,8 @@ def _swept(column: NDArray[Any] | None, scenario: "Scenario") -> Floats | None:
     if column is None:  # an older folder
         return None
     vehicles = scenario.auvs.count + scenario.asvs.count
-    swept = column.astype(np.float64).reshape(vehicles, -1)[: scenario.auvs.count].sum(axis=0)
-    return None if np.isnan(swept).any() else swept
+    swept = column.astype(np.float64).reshape(vehicles, -1)[: scenario.auvs.count]
+    return None if np.isnan(swept).all() else np.nansum(swept, axis=0)
 
 
 def _events(result: "Result", name: str) -> Columns:

@@ -129,11 +129,10 @@ def _spread(mission: Recording, number: int, step: int, packer: Packer) -> dict[
 
 def _plan(mission: Recording, number: int, packer: Packer) -> dict[str, Any] | None:
     """Return the planned path, None for an AUV that holds or repeats a track."""
-    scenario = mission.scenario
     setup = mission.setup
-    if not scenario.auvs.route.is_flown:
+    if (plan := setup.plans_that_ship[number]) is None:
         return None
-    path = [plan.path for plan in setup.plans][number]
+    path = plan.path
     most = max(MOST_PLAN_POINTS // mission.auvs, 2)
     points = int(np.clip(path.length / setup.area.across * 200, 2, most))
     places = path.sample(np.linspace(0.0, path.length, points))

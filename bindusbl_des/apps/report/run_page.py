@@ -155,7 +155,7 @@ def described(result: "Result") -> str:
     elif protocol.calls:
         parts += " (an AUV pings when an ASV calls it)"
     return (
-        f"{counted(auvs.count, 'AUV')} ({auvs.vehicle}) and "
+        f"{counted(auvs.count, 'AUV')} ({auvs.words}) and "
         f"{counted(asvs.count, 'ASV')} ({asvs.words}) over {over} for "
         f"{timed(scenario.duration_s)}; {parts}, {scenario.navigation.filter} navigation; "
         f"seed {result.seed}"

@@ -21,7 +21,7 @@ from ...core.vehicles.currents import CONTROL_S
 from ...support.arrays import Floats
 from ...support.facts import cached_property
 from ...support.plugins import PluginError
-from ..preflight.band_warnings import planned_speed_m_per_s
+from ..preflight.band_warnings import planned_speeds_m_per_s
 from ..preflight.round_lengths import Rounds, rounds_of
 from .bounds import exceeded
 
@@ -158,12 +158,17 @@ def bounds_of(
 
 def _planned_speed(setup: Setup, sigmas: float) -> float:
     """Return how fast (m/s) the fastest AUV goes over ground, by what is planned."""
-    if setup.auv_tracks is not None:
-        return max(map(_fastest, setup.auv_tracks))
-    speed, scenario = planned_speed_m_per_s(setup), setup.scenario
-    if setup.route.is_held:
-        return speed
-    return _driven(scenario, scenario.auvs.vehicle, speed, sigmas)
+    speeds = planned_speeds_m_per_s(setup)
+    return max(
+        _fastest(track)
+        if track is not None
+        else speed
+        if held is not None
+        else _driven(setup.scenario, auv.group.vehicle, speed, sigmas)
+        for auv, track, held, speed in zip(
+            setup.auvs, setup.auv_tracks, setup.held_places_m, speeds, strict=True
+        )
+    )
 
 
 def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: float) -> float:
@@ -316,17 +321,19 @@ class Case:
 
         AUVs with equations of motion are taken to be anywhere down to their depth.
         """
-        if self.setup.auv_tracks is not None:
-            downs = [track[1][:, 2] for track in self.setup.auv_tracks]
-            return tuple((float(z.min()), float(z.max())) for z in downs)
-        auvs, depth = self.scenario.auvs, self.scenario.survey.depth
-        flies = auvs.vehicle.is_steered or auvs.route.surfacing is not None
-        return tuple((0.0 if flies else depth(auv), depth(auv)) for auv in range(auvs.count))
+        found = []
+        for auv, track in zip(self.setup.auvs, self.setup.auv_tracks, strict=True):
+            if track is not None:
+                found.append((float(track[1][:, 2].min()), float(track[1][:, 2].max())))
+                continue
+            flies = auv.group.vehicle.is_steered or auv.number in self.setup.rising
+            found.append((0.0 if flies else auv.depth_m, auv.depth_m))
+        return tuple(found)
 
     def longest_m(self, auv: int) -> float:
         """Return the longest way (m) that a ping of an AUV is heard over."""
         deepest = self.depths[auv][1]
-        if self.scenario.auvs.vehicle.is_steered:
+        if self.setup.auvs[auv].group.vehicle.is_steered:
             deepest += OVERSHOOT_M
         return self.hf.longest_path_m(deepest)
 

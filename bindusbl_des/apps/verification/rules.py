@@ -246,7 +246,8 @@ def margin_needed(case: Case) -> float:
     if not case.shares_slots:
         return 0.0
     moved, hf = case.closing_m_per_s * age_s(case), case.hf
-    if hf.range_metric == "slant" and not case.scenario.auvs.vehicle.is_steered:
+    steered = any(group.vehicle.is_steered for group in case.setup.groups)
+    if hf.range_metric == "slant" and not steered:
         aslant = [  # how much nearer an AUV at the edge of range comes that moves so far
             math.hypot(math.sqrt(hf.range_m**2 - depth**2) + moved, depth) - hf.range_m
             for depth, _ in set(case.depths)
@@ -267,7 +268,7 @@ def believed_off_m(case: Case) -> float:
     positions, called = case.scenario.protocol.positions, setup.ranging.calls
     if positions == "truth":
         return 0.0
-    tours = not (setup.route.is_held or setup.route.is_recorded)
+    tours = any(route.is_flown for route in setup.routes)
     if usbl.model.is_own or (positions == "carried_forward" and tours):
         return math.inf
     several = len(case.apart_m) and float(case.apart_m.min()) <= 2 * case.hf.range_m

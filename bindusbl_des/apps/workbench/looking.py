@@ -100,7 +100,7 @@ def chart_of(setup: Setup) -> dict[str, Any]:
         ValueError: when its route cannot be flown.
     """
     scenario = setup.scenario
-    route, area = scenario.auvs.route, setup.area
+    area = setup.area
     return {
         "name": scenario.name,
         **survey_data(setup),
@@ -110,7 +110,7 @@ def chart_of(setup: Setup) -> dict[str, Any]:
         "vessels": scenario.asvs.count,
         "placement": scenario.asvs.words,
         "reach": {"hf": setup.horizontal_reach_m, "mf": setup.horizontal_mf_reach_m},
-        "route": str(route.choice),
+        "route": str(scenario.auvs.route.choice),
         "points": [[list(point) for point in way] for way in _points(setup)],
         "ways": [way.round(2).tolist() for way in _ways(setup)],
     }
@@ -123,15 +123,19 @@ def _points(setup: Setup) -> Sequence[Sequence[Sequence[float]]]:
 
 def _ways(setup: Setup) -> list[Floats]:
     """Return the way (n, 2), m, of each AUV."""
-    if setup.held_places_m is not None:
-        return [np.array([place]) for place in setup.held_places_m]
-    if setup.auv_tracks is not None:
-        tracks = [places[:, :2] for _, places in setup.auv_tracks]
-        return [way[:: max(1, -(-len(way) // MOST_POINTS))] for way in tracks]
-    paths = [plan.path for plan in setup.plans]
-    counts = [int(min(max(path.length / LEAST_STEP_M, 2), MOST_POINTS)) for path in paths]
-    found = zip(paths, counts, strict=True)
-    return [path.sample(np.linspace(0.0, path.length, count))[:, :2] for path, count in found]
+    found: list[Floats] = []
+    every = zip(setup.plans, setup.auv_tracks, setup.held_places_m, strict=True)
+    for plan, track, held in every:
+        if track is not None:
+            way = track[1][:, :2]
+            found.append(way[:: max(1, -(-len(way) // MOST_POINTS))])
+        elif plan is not None:
+            length = plan.path.length
+            count = int(min(max(length / LEAST_STEP_M, 2), MOST_POINTS))
+            found.append(plan.path.sample(np.linspace(0.0, length, count))[:, :2])
+        else:
+            found.append(np.array([held], dtype=np.float64))
+    return found
 
 
 class Forecast:

@@ -6,6 +6,7 @@ Hulls and controllers are imported when they are needed: most missions are kinem
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import groupby
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -25,21 +26,22 @@ from ..navigation.team import Team
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.predicted_positions import CarriedForward, courses, planned_vehicles
 from ..protocol.view import known_of
-from ..records.rows import LEARNT, Recorder
+from ..records.rows import LEARNT, Recorder, Rows
 from ..scenario.families import ASV, AUV, NAVIGATOR
+from ..scenario.groups import Auv
 from ..scenario.own_routes import WayView, own_motion
 from ..scenario.part_choice import own_part
 from ..scenario.sections.navigation import Navigation
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 from ..vehicles.fleet import VehicleFleet
-from ..vehicles.motion import places, together
+from ..vehicles.motion import LEG_COLUMNS, Motion, places, together
 from ..vehicles.poses import PosedVehicle, Poses
 from ..vehicles.reckoning import Wrong
-from ..vehicles.vehicle import Place, SegmentedTrajectory, moored, recorded
+from ..vehicles.vehicle import Place, SegmentedTrajectory, Vehicle, moored, recorded
 
 if TYPE_CHECKING:
-    from ..vehicles.guidance.guided_fleet import GuidedFleet
+    from ..vehicles.guidance.guided_fleet import GuidedFleet, Shared
 
 
 class MissionCurrent:
@@ -93,33 +95,37 @@ def slow_gnss(setup: Setup, streams: Streams) -> Floats:
     ])  # fmt: skip
 
 
-def guided_auvs(setup: Setup, water: MissionCurrent, wrong: Wrong | None) -> "GuidedFleet":
-    """Return the trajectories of all AUVs with dynamics along their tours.
+def guided_auvs(
+    setup: Setup, auvs: Sequence[Auv], water: MissionCurrent, wrong: Wrong, shared: "Shared | None"
+) -> "GuidedFleet":
+    """Return the trajectories along their tours of AUVs of one hull, which follow each other.
 
-    They steer by estimates whose dead reckoning is `wrong`; None: by the truth.
+    Where they steer by their estimates, their dead reckoning is `wrong`.
     """
     from ..vehicles.guidance.departure import DeparturePlan
     from ..vehicles.guidance.guided_fleet import GuidedFleet
     from ..vehicles.guidance.sensing import SteeringDrift
 
-    scenario, auvs, navigation = setup.scenario, setup.scenario.auvs, setup.scenario.navigation
-    drift = None
-    if wrong is not None:
+    navigation, group, drift = setup.scenario.navigation, auvs[0].group, None
+    if group.by_estimate:
         beyond = math.ceil((setup.afterwards_s + 1.0) * navigation.imu_rate_hz)
-        walks = np.pad(wrong.walks, ((0, 0), (0, beyond), (0, 0)), mode="edge")
-        drift = SteeringDrift(wrong._replace(walks=walks), navigation.velocity == "through_water")
+        own = wrong.of(slice(auvs[0].number, auvs[-1].number + 1))
+        walks = np.pad(own.walks, ((0, 0), (0, beyond), (0, 0)), mode="edge")
+        drift = SteeringDrift(own._replace(walks=walks), navigation.velocity == "through_water")
+    plans = [plan for auv in auvs if (plan := setup.plans[auv.number]) is not None]
     return GuidedFleet(
-        auvs.vehicle.model,
+        group.vehicle.model,
         DeparturePlan(
-            paths=[plan.tour for plan in setup.plans],
-            speed_m_per_s=auvs.speeds,
-            depth_m=[scenario.survey.depth(auv) for auv in range(auvs.count)],
-            names=[f"AUV{index}" for index in range(auvs.count)],
+            paths=[plan.tour for plan in plans],
+            speed_m_per_s=[auv.speed_m_per_s for auv in auvs],
+            depth_m=[auv.depth_m for auv in auvs],
+            names=[f"AUV{auv.number}" for auv in auvs],
         ),
-        dict(auvs.vehicle.coefficients),
+        dict(group.vehicle.coefficients),
         currents=water.series,
         duration_s=setup.control_intervals * CONTROL_S,
         drift=drift,
+        shared=shared,
     )
 
 
@@ -162,12 +168,12 @@ def launch_auvs(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFle
     Their dead reckoning, by which some of them steer, is `wrong`.  Motions that no seed changes are
     worked out once.
     """
-    auvs = setup.scenario.auvs
-    if not auvs.vehicle.has_dynamics:
+    steered = [group for group in setup.groups if group.vehicle.has_dynamics]
+    if not steered:
         return _once(setup, "auvs", _unguided_auvs)
-    if auvs.feedback == "truth" and water.is_steady:
-        return _once(setup, "auvs", _foreseen)
-    return _guided(setup, water, None if auvs.feedback == "truth" else wrong)
+    if water.is_steady and not any(group.by_estimate for group in steered):
+        return _once(setup, "auvs", partial(_foreseen, wrong=wrong))
+    return _guided(setup, water, wrong)
 
 
 # Fleets whose motion no seed changes, by setup
@@ -182,38 +188,95 @@ def _once(setup: Setup, whose: str, launch: Callable[[Setup], VehicleFleet]) -> 
 
 
 def _unguided_auvs(setup: Setup) -> VehicleFleet:
-    scenario, own = setup.scenario, setup.scenario.auvs.vehicle.own
+    if not any(group.vehicle.own for group in setup.groups):
+        lasts = setup.scenario.duration_s + setup.afterwards_s
+        return _segmented(planned_vehicles(setup, lasts))
+    return _segmented([vehicle for auvs in _alike(setup) for vehicle in _unguided(setup, auvs)])
+
+
+def _alike(setup: Setup) -> list[list[Auv]]:
+    """Return the AUVs of one hull that follow each other, and steer by the same."""
+    kinds = groupby(setup.auvs, lambda auv: (auv.group.vehicle.plain(), auv.group.by_estimate))
+    return [list(auvs) for _, auvs in kinds]
+
+
+def _unguided(setup: Setup, auvs: Sequence[Auv]) -> list[SegmentedTrajectory]:
+    """Return AUVs without dynamics."""
+    duration, own = setup.scenario.duration_s, auvs[0].group.vehicle.own
     if not own:
-        return _segmented(planned_vehicles(setup, scenario.duration_s + setup.afterwards_s))
-    speed, depth = scenario.auvs.speed, scenario.survey.depth
+        planned = planned_vehicles(setup, duration + setup.afterwards_s)
+        return [planned[auv.number] for auv in auvs]
     ways = [
-        WayView(number, speed(number), depth(number), scenario.duration_s, plan.tour.sample)
-        for number, plan in enumerate(setup.plans)
+        WayView(auv.number, auv.speed_m_per_s, auv.depth_m, duration, plan.tour.sample)
+        for auv in auvs
+        if (plan := setup.plans[auv.number]) is not None
     ]
-    return _segmented([recorded(*track) for track in own_motion(AUV, own, ways)])
+    return [recorded(*track) for track in own_motion(AUV, own, ways)]
 
 
 # Motions of hulls that no seed changes, which take long to integrate, by the keys that change them
 _voyages: dict[tuple[object, ...], VehicleFleet] = {}
 
 
-def _foreseen(setup: Setup) -> VehicleFleet:
+def _foreseen(setup: Setup, wrong: Wrong) -> VehicleFleet:
     asked = setup.scenario
-    key = asked.survey, asked.auvs, asked.environment, setup.control_intervals, setup.route
+    key = asked.survey, asked.auvs, asked.environment, setup.control_intervals, setup.routes
     if key not in _voyages:
-        _voyages.clear()  # before: two long motions of large fleets may not fit into memory
-        _voyages[key] = _guided(setup, MissionCurrent(setup, Streams(0)), None)
+        _voyages.clear()  # beforehand: there may not be room for two long voyages of large fleets
+        _voyages[key] = _guided(setup, MissionCurrent(setup, Streams(0)), wrong)
     return _voyages[key]
 
 
-def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong | None) -> VehicleFleet:
-    """Return AUVs with dynamics; if they steer by the truth, they are integrated to the end."""
-    guided = guided_auvs(setup, water, wrong)
-    members = [guided.vehicle(auv) for auv in range(setup.scenario.auvs.count)]
-    if wrong is not None:
-        return VehicleFleet(members, guided.motion, guided)
-    guided.advance(guided.duration_s)
-    return VehicleFleet(members, guided.motion)
+def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
+    """Return AUVs some of which have dynamics; the whole way of those that know where they are is
+    foreseen.  Those of several kinds share one table of motions.
+    """
+    from ..vehicles.guidance.guided_fleet import Shared, lines_of
+    from ..vehicles.hulls.fleet import find
+
+    alike, lasts = _alike(setup), setup.control_intervals * CONTROL_S
+    if len(alike) == 1:
+        guided = guided_auvs(setup, alike[0], water, wrong, None)
+        members = [guided.vehicle(auv.number) for auv in alike[0]]
+        return _under_way(members, guided.motion, [guided], (guided.corrections, guided.learnt))
+    still = [[] if auvs[0].group.vehicle.has_dynamics else _unguided(setup, auvs) for auvs in alike]
+    sizes: list[int] = []
+    steps: list[float] = []
+    for auvs, own in zip(alike, still, strict=True):
+        model = auvs[0].group.vehicle.model
+        sizes += [len(vehicle.legs) for vehicle in own] or [lines_of(model, lasts)] * len(auvs)
+        steps += [0.0 if own else find(model).step_s] * len(auvs)
+    first = np.concatenate(([0], np.cumsum(sizes)))
+    table = np.zeros((first[-1], LEG_COLUMNS))
+    corrections, learnt = np.zeros((len(steps), 2)), np.zeros(len(steps), dtype=LEARNT)
+    vehicles: list[Vehicle] = []
+    fleets: list[GuidedFleet] = []
+    for auvs, own in zip(alike, still, strict=True):
+        whose = slice(auvs[0].number, auvs[-1].number + 1)
+        rows = table[first[whose.start] : first[whose.stop]]
+        if own:
+            rows[:] = np.concatenate([vehicle.legs for vehicle in own])
+            vehicles += own
+            continue
+        shared = Shared(rows, corrections[whose], learnt[whose])
+        fleets.append(guided_auvs(setup, auvs, water, wrong, shared))
+        vehicles += [fleets[-1].vehicle(number) for number in range(len(auvs))]
+    motion = Motion(table, first.astype(np.int64), np.array(steps))
+    return _under_way(vehicles, motion, fleets, (corrections, learnt))
+
+
+def _under_way(
+    vehicles: Sequence[Vehicle],
+    motion: Motion,
+    fleets: "Sequence[GuidedFleet]",
+    steering: tuple[Floats, Rows],
+) -> VehicleFleet:
+    """Return vehicles of guided fleets; those that steer by no estimate are flown to the end."""
+    guided = tuple(fleet for fleet in fleets if fleet.by_estimate)
+    for fleet in fleets:
+        if not fleet.by_estimate:
+            fleet.advance(fleet.duration_s)
+    return VehicleFleet(vehicles, motion, guided, steering if guided else None)
 
 
 def launch_asvs(setup: Setup, streams: Streams, water: MissionCurrent) -> VehicleFleet:
@@ -271,13 +334,12 @@ def equip_auvs(
     reckoning = DeadReckoning(fleet.motion, wrong)
     if fleet.poses is not None:
         fleet.poses.on_known = reckoning.follow
-    elif fleet.foreseen:
-        reckoning.follow(setup.scenario.duration_s)
-    if fleet.guided is None:
-        steering = np.zeros((len(fleet), 2)), np.zeros(len(fleet), dtype=LEARNT)
-    else:
-        fleet.guided.has_learnt = navigation.weighs
-        steering = fleet.guided.corrections, fleet.guided.learnt
+    else:  # who steers by what is reckoned sums up its own
+        foreseen = [auv.number for auv in setup.auvs if not auv.group.by_estimate]
+        reckoning.follow(setup.scenario.duration_s, foreseen)
+    steering = fleet.steering or (np.zeros((len(fleet), 2)), np.zeros(len(fleet), dtype=LEARNT))
+    for guided in fleet.guided:
+        guided.has_learnt = navigation.weighs
     if navigation.filter.is_own:
         make = own_part(NAVIGATOR, navigation.filter).part
         made = navigation.filter, make, reckoning, steering[0]

@@ -1,6 +1,7 @@
 """Errors of sensors in one mission: the AUVs' own, and the systematic errors of USBL."""
 
 import math
+from collections.abc import Sequence
 from statistics import NormalDist
 
 import numpy as np
@@ -39,39 +40,44 @@ def _velocity_biases(setup: Setup, streams: Streams) -> Floats:
     """Return the velocity biases (m/s) of each AUV's dead reckoning, (n, k, 2): k = 1 where they
     are constant, else one for each control interval.
     """
-    sensors, auvs = setup.own_sensors, range(setup.scenario.auvs.count)
-    constant = np.array(sensors.bias_m_per_s, dtype=np.float64)
-    sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
-    if sd == 0.0 or lasts is None:
-        return (constant + _drawn(streams, Purpose.VELOCITY_BIAS, len(auvs), sd))[:, np.newaxis]
+    sensors = setup.sensors
+    constant = np.array([own.bias_m_per_s for own in sensors], dtype=np.float64)
+    wander = [own.bias_time_constant_s if own.bias_sd_m_per_s else None for own in sensors]
+    sds = [own.bias_sd_m_per_s for own in sensors]
+    fixed = [sd if time is None else 0.0 for sd, time in zip(sds, wander, strict=True)]
+    biases = (constant + _drawn(streams, Purpose.VELOCITY_BIAS, fixed))[:, np.newaxis]
+    if not any(wander):
+        return biases
     steps = setup.control_intervals, 2
-    return np.stack([
-        constant + gauss_markov(
-            sd, lasts, CONTROL_S, streams.of(Purpose.VELOCITY_BIAS, auv).standard_normal(steps)
-        )
-        for auv in auvs
-    ])  # fmt: skip
+    biases = np.repeat(biases, steps[0], axis=1)
+    for auv, (sd, time) in enumerate(zip(sds, wander, strict=True)):
+        if time is not None:
+            noise = streams.of(Purpose.VELOCITY_BIAS, auv).standard_normal(steps)
+            biases[auv] = constant[auv] + gauss_markov(sd, time, CONTROL_S, noise)
+    return biases
 
 
 def _skews(setup: Setup, streams: Streams) -> Rows:
-    """Return the scale and heading errors of each AUV's dead reckoning (n,)."""
-    scale, count = setup.own_sensors.scale_factor_sd, setup.scenario.auvs.count
-    return skews_of(
-        _drawn(streams, Purpose.SCALE_FACTOR, count, scale)[:, 0], headings(setup, streams)
-    )
+    """Return what the AUVs' logs and compasses make of their ways (n,)."""
+    scales = [own.scale_factor_sd for own in setup.sensors]
+    return skews_of(_drawn(streams, Purpose.SCALE_FACTOR, scales)[:, 0], headings(setup, streams))
 
 
 def headings(setup: Setup, streams: Streams) -> Floats:
     """Return the constant error of each AUV's heading (rad), (n,)."""
-    sd = math.radians(setup.own_sensors.heading_sd_deg)
-    return _drawn(streams, Purpose.HEADING, setup.scenario.auvs.count, sd)[:, 0]
+    sds = [math.radians(own.heading_sd_deg) for own in setup.sensors]
+    return _drawn(streams, Purpose.HEADING, sds)[:, 0]
 
 
-def _drawn(streams: Streams, purpose: Purpose, count: int, sd: float) -> Floats:
-    """Return two normal numbers with a standard deviation, drawn once for each AUV, (n, 2)."""
-    if sd == 0.0:
-        return np.zeros((count, 2))
-    return sd * np.array([streams.of(purpose, auv).standard_normal(2) for auv in range(count)])
+def _drawn(streams: Streams, purpose: Purpose, sds: Sequence[float]) -> Floats:
+    """Return what AUVs have drawn once for the mission, along two axes, (n, 2), each by the
+    standard deviation of its own.
+    """
+    found = np.zeros((len(sds), 2))
+    for auv, sd in enumerate(sds):
+        if sd != 0.0:
+            found[auv] = sd * streams.of(purpose, auv).standard_normal(2)
+    return found
 
 
 def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -> Floats:
@@ -84,12 +90,12 @@ def _walks(setup: Setup, streams: Streams, water: MissionCurrent, skews: Rows) -
     navigation, rate = setup.scenario.navigation, setup.scenario.navigation.imu_rate_hz
     count = max(1, math.ceil(setup.scenario.duration_s * rate))
     noise = np.empty((setup.scenario.auvs.count, count + 1, 2))
-    noise[:, 0] = _drawn(
-        streams, Purpose.INITIAL_POSITION, len(noise), navigation.initial_position_sd_m
-    )
+    starts = [navigation.initial_position_sd_m] * len(noise)
+    noise[:, 0] = _drawn(streams, Purpose.INITIAL_POSITION, starts)
     for auv, its_own in enumerate(noise):
         streams.of(Purpose.DRIFT, auv).standard_normal(out=its_own[1:])
-    lost = random_walk(rate, setup.own_sensors.random_walk_m_per_sqrt_s, noise)
+    sds = np.array([own.random_walk_m_per_sqrt_s for own in setup.sensors])
+    lost = random_walk(rate, sds, noise)
     if navigation.velocity == "through_water":
         moved = water.carried(np.arange(count + 1) / rate)
         lost -= moved
@@ -131,7 +137,7 @@ def turned_arrays(setup: Setup, streams: Streams) -> Floats:
     """
     turned = headings(setup, streams)
     sd = math.radians(setup.scenario.usbl.misalignment_sd_deg)
-    own = _drawn(streams, Purpose.PEER_ARRAY, len(turned), sd)[:, 0]
+    own = _drawn(streams, Purpose.PEER_ARRAY, [sd] * len(turned))[:, 0]
     return np.asarray(turned + own)
 
 

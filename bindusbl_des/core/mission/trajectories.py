@@ -79,16 +79,16 @@ def _look_back(setup: Setup, fleet: VehicleFleet) -> Trajectories:
     if record.detail == "summary":
         seldom = seldom[:0]
     swept = _swept(setup, fleet)
-    swept_m2 = _first_to_sweep(swept, len(vehicles), np.append(seldom, end))
+    swept_m2 = _first_to_sweep(swept, setup.swaths_m, np.append(seldom, end))
     distance = np.array([vehicle.distance(end) for vehicle in vehicles])
     lanes = _lanes(setup, fleet)
-    flown = [_flown(*pair, end) for pair in zip(vehicles, lanes, strict=True)] if lanes else []
+    flown = [_flown(*pair, end) for pair in zip(vehicles, lanes, strict=True)]
     metrics = {
         "path_error_m": np.array([_mean(vehicle.path_error(often)) for vehicle in vehicles]),
         "distance_m": distance,
         "speed_m_per_s": distance / end,
         "saturated_share": np.array([vehicle.saturated(end) for vehicle in vehicles], np.float64),
-        "lanes_flown_share": np.array(flown or [np.nan] * len(vehicles)),
+        "lanes_flown_share": np.array(flown),
         "swept_m2": swept_m2[:, -1],
     }
     return Trajectories(
@@ -96,7 +96,7 @@ def _look_back(setup: Setup, fleet: VehicleFleet) -> Trajectories:
         beside(vehicles, seldom),
         swept_m2[:, :-1],
         None if swept is None else float(swept.area(np.array([end]))[0]),
-        _finished_at(vehicles, lanes, end) if lanes else None,
+        _finished_at(vehicles, lanes, end),
     )
 
 
@@ -115,49 +115,61 @@ def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
 
 
 def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:
-    """Return the sweep of the survey by the AUVs; None without a swath."""
-    swath = setup.swath_m
-    if swath is None:
-        return None
-    depths = None
-    if getattr(setup.scenario.auvs.route, "surface_every_s", None) is not None:
-        depths = [setup.scenario.survey.depth(auv) for auv in range(len(fleet.vehicles))]
-    return sweep(setup.area, fleet.vehicles, swath, setup.scenario.duration_s, depths)
+    """Return what of the survey the AUVs have swept, and when; None without a swath."""
+    swaths, depths = setup.swaths_m, None
+    if rising := setup.rising:
+        depths = [auv.depth_m if auv.number in rising else -math.inf for auv in setup.auvs]
+    return sweep(setup.area, fleet.vehicles, swaths, setup.scenario.duration_s, depths)
 
 
-def _first_to_sweep(swept: Sweep | None, count: int, times: Floats) -> Floats:
-    """Return the area (m2) that each AUV was the first to sweep by k instants (s), (n, k)."""
-    if swept is None:
-        return np.full((count, len(times)), np.nan)
-    return np.stack([swept.area(times, auv) for auv in range(count)])
+def _first_to_sweep(swept: Sweep | None, swaths: Sequence[float | None], times: Floats) -> Floats:
+    """Return how much of the survey (m2) each AUV was the first to sweep by k instants (s); NaN of
+    those without a swath (m).
+    """
+    found = np.full((len(swaths), len(times)), np.nan)
+    for auv, swath in enumerate(swaths):
+        if swept is not None and swath is not None:
+            found[auv] = swept.area(times, auv)
+    return found
 
 
 Lanes = tuple[tuple[float, float], ...]
 
 
-def _lanes(setup: Setup, fleet: VehicleFleet) -> list[Lanes]:
-    """Return the begin and end of each AUV's lanes, in m along its plan; empty without plans."""
-    if any(vehicle.along(0.0) is None for vehicle in fleet.vehicles):
-        return []
-    if setup.scenario.auvs.route.is_held:
-        return []
-    return [plan.lanes for plan in setup.plans]
+def _lanes(setup: Setup, fleet: VehicleFleet) -> list[Lanes | None]:
+    """Return where along its plan (m) each AUV's lanes begin and end; None without a plan."""
+    flies = [vehicle.along(0.0) is not None for vehicle in fleet.vehicles]
+    plans = setup.plans if any(flies) else [None] * len(flies)
+    return [
+        plan.lanes if plan is not None and does else None
+        for plan, does in zip(plans, flies, strict=True)
+    ]
 
 
-def _flown(vehicle: Vehicle, lanes: Lanes, end: float) -> float:
-    """Return the share of its lanes that an AUV has flown by an instant (s)."""
+def _flown(vehicle: Vehicle, lanes: Lanes | None, end: float) -> float:
+    """Return which share of its lanes an AUV has flown by an instant (s); NaN without lanes."""
+    if lanes is None:
+        return math.nan
     begin, end_m = np.array(lanes).T
     along = vehicle.along(end)
     return float(np.clip(along - begin, 0.0, end_m - begin).sum() / (end_m - begin).sum())
 
 
-def _finished_at(vehicles: Sequence[Vehicle], lanes: Sequence[Lanes], end: float) -> float | None:
-    """Return the instant (s) at which the last AUV had flown all its lanes; None if one has not."""
-    goals = [its_own[-1][1] - ARRIVED_M for its_own in lanes]
-    if not all(_is_there(*pair, end) for pair in zip(vehicles, goals, strict=True)):
+def _finished_at(
+    vehicles: Sequence[Vehicle], lanes: Sequence[Lanes | None], end: float
+) -> float | None:
+    """Return the instant (s) at which the last had flown all its lanes; None if one has not, or
+    none has lanes.
+    """
+    goals = [
+        (vehicle, its_own[-1][1] - ARRIVED_M)
+        for vehicle, its_own in zip(vehicles, lanes, strict=True)
+        if its_own is not None
+    ]
+    if not all(_is_there(*pair, end) for pair in goals):
         return None
     last: float | None = None
-    for vehicle, goal in zip(vehicles, goals, strict=True):
+    for vehicle, goal in goals:
         if last is None or not _is_there(vehicle, goal, last):
             last = _reached(vehicle, goal, end)
     return last

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..scenario.families import NAVIGATOR
-from ..scenario.own_sensors import Sensors
+from ..scenario.own_sensors import OwnSensors, Sensors
 from ..scenario.part_choice import settings_of as read
 from ..scenario.scenario_keys import Environment
 from ..scenario.sections.navigation import Navigation
 from ..scenario.shipped_settings import Kalman
-from .belief import STATES, Belief, Growth, first_belief
+from .belief import STATES, Belief, Beliefs, Growth, Growths, first_belief
 from .team import Common, PeerErrors
 
 # Errors in fixes that each AUV has alone
@@ -35,33 +35,70 @@ class Further(NamedTuple):
 NO_STATES = Further((), ())
 
 
-def assumed(setup: Sensors) -> tuple[Belief, Growth]:
-    """Return the first belief of navigators, and its growth."""
+def assumed(setup: Sensors) -> tuple[Beliefs, Growths]:
+    """Return what the navigator of each AUV believes at first, and how it becomes less sure.
+
+    All have the same states: who has no such error as another has a state that is 0 for sure.
+    """
     navigation, water = setup.scenario.navigation, setup.scenario.environment
     settings, asvs_ping = settings_of(navigation), setup.scenario.protocol.asvs_ping
-    walk = settings.random_walk_m_per_sqrt_s
-    first, growth = beginning(
-        _start(navigation),
-        _bias(setup),
-        (setup.own_sensors.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
-        _current(navigation, water),
-        _wander(navigation, water),
-        in_body=navigation.bias_frame == "body",
-        skew=_skew(setup),
-        wandering=_wandering(setup),
-        common=_common(setup),
+    walk, common = settings.random_walk_m_per_sqrt_s, _common(setup)
+    kinds = dict.fromkeys(setup.sensors)
+    skews = {own: _skew(setup, own) for own in kinds}
+    wanderings = {own: _wandering(setup, own) for own in kinds}
+    # who has no such error has those of another, but for its size
+    some_skew, some_wandering = (
+        next((part for part in parts.values() if part.sds), NO_STATES)
+        for parts in (skews, wanderings)
     )
-    # misalignments of arrays, the first of the errors in common, may be estimated
-    if any(kind.name == "misalignment" for kind in setup.estimated_errors):
-        arrays = len(first.state) - len(_common(setup).sds)
-        growth = growth._replace(
-            aligned=arrays if asvs_ping else 0, misaligned=0 if asvs_ping else arrays
+    found = {}
+    for own in kinds:
+        skew, wandering = skews[own], wanderings[own]
+        first, growth = beginning(
+            _start(navigation),
+            _bias(setup, own),
+            (own.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
+            _current(navigation, water),
+            _wander(navigation, water),
+            in_body=navigation.bias_frame == "body",
+            skew=skew if skew.sds else Further((0.0,) * len(some_skew.sds), some_skew[1]),
+            wandering=wandering
+            if wandering.sds
+            else Further((0.0,) * len(some_wandering.sds), some_wandering[1]),
+            common=common,
         )
-    if growth.aligned and growth.stretched:  # the compass rotates both path and array
-        turn = growth.stretched + 1
-        both = first.covariance[turn, turn]
-        first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
-    return first, growth
+        if not wandering.sds:
+            growth = growth._replace(step=math.inf)
+        # arrays, which are the first in common, may be turned by what is estimated
+        if any(kind.name == "misalignment" for kind in setup.estimated_errors):
+            arrays = len(first.state) - len(common.sds)
+            growth = growth._replace(
+                aligned=arrays if asvs_ping else 0, misaligned=0 if asvs_ping else arrays
+            )
+        if growth.aligned and growth.stretched:  # the compass that turns the way turns the array
+            turn = growth.stretched + 1
+            both = first.covariance[turn, turn]
+            first.covariance[turn, growth.aligned] = first.covariance[growth.aligned, turn] = both
+        found[own] = first, growth
+    each = [found[own] for own in setup.sensors]
+    beliefs = Beliefs(
+        np.concatenate([first.moment for first, _ in each]),
+        np.stack([first.state for first, _ in each]),
+        np.stack([first.covariance for first, _ in each]),
+    )
+    alike = each[0][1]
+    return beliefs, Growths(
+        np.array([growth.walk for _, growth in each], dtype=np.float64),
+        float(alike.wander),
+        alike.in_body,
+        alike.stretched,
+        alike.wandering,
+        np.stack([growth.sds for _, growth in each]),
+        np.stack([growth.time_constants for _, growth in each]),
+        np.array([growth.step for _, growth in each]),
+        alike.aligned,
+        alike.misaligned,
+    )
 
 
 def beginning(
@@ -103,14 +140,17 @@ def common_to_all(setup: Sensors) -> Common:
     same for all, a current, and the errors of ASVs and sound speed.
     """
     navigation, water = setup.scenario.navigation, setup.scenario.environment
-    sensors = setup.own_sensors
+    sensors, *others = dict.fromkeys(setup.sensors)
     drawn = sensors.bias_sd_m_per_s if sensors.bias_time_constant_s is None else 0.0
     share = [
         (given * sd) ** 2 / (given**2 + drawn**2) if given else 0.0
-        for given, sd in zip(sensors.bias_m_per_s, _bias(setup), strict=True)
+        for given, sd in zip(sensors.bias_m_per_s, _bias(setup, sensors), strict=True)
     ]
+    if others:  # of AUVs that differ nobody knows what they have in common
+        share = [0.0, 0.0]
     current = _current(navigation, water) ** 2
-    own = len(_skew(setup).sds) + len(_wandering(setup).sds)
+    own = 2 * any(_skew(setup, each).sds for each in (sensors, *others))
+    own += 2 * any(_wandering(setup, each).sds for each in (sensors, *others))
     variances, driven = [0.0, 0.0, *share, current, current], [0.0] * STATES
     driven[4] = driven[5] = float(current > 0.0)
     variances, driven = [*variances, *[0.0] * own], [*driven, *[0.0] * own]
@@ -161,9 +201,9 @@ def _start(navigation: Navigation) -> float:
     return navigation.initial_position_sd_m if is_known else 0.0
 
 
-def _bias(setup: Sensors) -> tuple[float, float]:
+def _bias(setup: Sensors, sensors: OwnSensors) -> tuple[float, float]:
     """Return the standard deviations (m/s) of the constant velocity bias along both axes."""
-    sensors, settings = setup.own_sensors, settings_of(setup.scenario.navigation)
+    settings = settings_of(setup.scenario.navigation)
     if (sd := settings.velocity_bias_sd_m_per_s) is not None:
         return sd, sd
     if "velocity_bias" in settings.untold:
@@ -173,21 +213,21 @@ def _bias(setup: Sensors) -> tuple[float, float]:
     return math.hypot(x, drawn), math.hypot(y, drawn)
 
 
-def _wandering(setup: Sensors) -> Further:
-    """Return the states of a wandering velocity bias (m/s), if there is one."""
-    sensors, settings = setup.own_sensors, settings_of(setup.scenario.navigation)
+def _wandering(setup: Sensors, sensors: OwnSensors) -> Further:
+    """Return the states of a velocity bias (m/s) that wanders, if it does."""
+    settings = settings_of(setup.scenario.navigation)
     sd, lasts = sensors.bias_sd_m_per_s, sensors.bias_time_constant_s
     if sd == 0.0 or lasts is None or "velocity_bias" in settings.untold:
         return NO_STATES
     return Further((sd, sd), (lasts, lasts))
 
 
-def _skew(setup: Sensors) -> Further:
-    """Return the states of scale and rotation of the path, by a scale factor and heading error psi.
+def _skew(setup: Sensors, sensors: OwnSensors) -> Further:
+    """Return the states that stretch and turn the way, by a scale factor and a heading error psi.
 
     The heading error alone scales it by psi^2 / 2, whose RMS is sqrt(3) / 2 sd^2.
     """
-    sensors, untold = setup.own_sensors, settings_of(setup.scenario.navigation).untold
+    untold = settings_of(setup.scenario.navigation).untold
     scale = 0.0 if "scale_factor" in untold else sensors.scale_factor_sd
     turned = 0.0 if "heading" in untold else math.radians(sensors.heading_sd_deg)
     if scale == turned == 0.0:

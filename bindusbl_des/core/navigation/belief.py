@@ -91,6 +91,33 @@ class Growth(NamedTuple):
     misaligned: int = 0
 
 
+class Growths(NamedTuple):
+    """How the beliefs of n AUVs become less sure, as of :class:`Growth`: what differs between them,
+    (n,) or (n, k) of k states after the first six, and what does not.
+    """
+
+    walks: Floats
+    wander: float
+    in_body: bool
+    stretched: int
+    wandering: int
+    sds: Annotated[Floats, 2]
+    time_constants: Annotated[Floats, 2]
+    steps: Floats
+    aligned: int
+    misaligned: int
+
+
+@inlined
+def growth_of(all_of: Growths, auv: int) -> Growth:
+    """Return how the belief of one AUV becomes less sure."""
+    return Growth(
+        all_of.walks[auv], all_of.wander, all_of.in_body, all_of.stretched, all_of.wandering,
+        all_of.sds[auv], all_of.time_constants[auv], all_of.steps[auv],
+        all_of.aligned, all_of.misaligned,
+    )  # fmt: skip
+
+
 def first_belief(
     start_sd: float, bias_sd: tuple[float, float], current_sd: float, further: Sequence[float] = ()
 ) -> Belief:

@@ -18,11 +18,13 @@ from .belief import (
     Belief,
     Beliefs,
     Growth,
+    Growths,
     between,
     carry,
     copies,
     expected,
     grow,
+    growth_of,
     move,
     next_stop,
     one,
@@ -104,7 +106,7 @@ class Known(NamedTuple):
     """
 
     rule: Rule
-    growth: Growth
+    growths: Growths
     reckoning: Reckoned
     memory: Memory
     held: FilterHistory
@@ -150,7 +152,7 @@ def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
     by = unpacked(packed, Known)
     whose, since, beliefs = by.held
     by.corrections[auv, 0], by.corrections[auv, 1] = -belief.state[0], -belief.state[1]
-    learn(by.learnt[auv], expected(belief, by.growth))
+    learn(by.learnt[auv], expected(belief, growth_of(by.growths, auv)))
     whose[row], since[row] = auv, now
     write(belief, one(beliefs, row))
 
@@ -159,12 +161,13 @@ def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
 def error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
     """Return the error (m) of dead reckoning that a belief expects at an instant."""
     by = unpacked(packed, Known)
-    if next_stop(belief, by.growth) < dr.time:
+    growth = growth_of(by.growths, auv)
+    if next_stop(belief, growth) < dr.time:
         write(belief, by.scratch.belief)
         belief = by.scratch.belief
-        step_on(belief, auv, dr.time, by.growth, by.reckoning)
-    drift = expected(belief, by.growth)
-    return expected_error(drift, way_since(drift, dr, by.growth.in_body))
+        step_on(belief, auv, dr.time, growth, by.reckoning)
+    drift = expected(belief, growth)
+    return expected_error(drift, way_since(drift, dr, growth.in_body))
 
 
 @compiled
@@ -177,8 +180,9 @@ def _take_in(
     Write its innovation and NIS; return whether the gate let it pass.
     """
     by = unpacked(packed, Known)
-    own, memory, growth = fix_numbered(fixes, by.gnss, row), by.memory, by.growth
+    own, memory = fix_numbered(fixes, by.gnss, row), by.memory
     auv = own.auv
+    growth = growth_of(by.growths, auv)
     latest, past = one(memory.latest, auv), memory.past[auv]
     begin, end = _place(fixes, by.gnss, row, past, memory.known[auv], by.rule.gain == WEIGHED)
     if begin < end - 1:
@@ -250,16 +254,17 @@ def carry_team(packed: int, team: TeamBelief, time: float, alike: Growth) -> Non
     by, belief, shared = unpacked(packed, Known), team.belief, team.shared
     spread, size = belief.covariance, by.scratch.belief.state.size
     while belief.moment[0].at_s < time:
-        stop = min(next_stop(belief, by.growth), time)
+        stop = min(next_stop(belief, alike), time)
         noise = np.zeros((size, size))
         for a in range(team.members.size):
             at, dr = a * size, reckoned(team.members[a], stop, by.reckoning)
+            growth = growth_of(by.growths, team.members[a])
             own = Belief(belief.moment[a : a + 1], belief.state[at : at + size], spread)
-            way = carry(own, dr, by.growth, at)
+            way = carry(own, dr, growth, at)
             if a == 0:
                 grow(noise, way, alike)
             if shared.size > 0:
-                move(shared, way, by.growth, at)
+                move(shared, way, growth, at)
                 grow(shared, way, alike, at)
         for a in range(team.members.size):
             for b in range(team.members.size):
@@ -315,7 +320,7 @@ def _turn(
     error (m), states `at` and after, was corrected from `was` to `now`.
     """
     by = unpacked(packed, Known)
-    growth, angle, whose = by.growth, 0.0, by.growth.aligned
+    angle, whose = 0.0, by.growths.aligned
     x, y = was[0] - now[0], was[1] - now[1]
     only = _only_hearer(fix, by.receptions)
     if only != NONE:
@@ -324,8 +329,8 @@ def _turn(
         below = where(by.reckoning.motion, fix.auv, dr.time)[2] - reception.from_z_m
         angle = (ahead * y - aside * x) / (ahead * ahead + aside * aside + below * below + EXACT)
         x, y = x + angle * aside, y - angle * ahead
-        if whose == 0 and growth.misaligned > 0:
-            whose = growth.misaligned + reception.asv
+        if whose == 0 and by.growths.misaligned > 0:
+            whose = by.growths.misaligned + reception.asv
     turn_about(spread, angle, at)
     if whose > 0:
         turn_with(spread, at + whose, x, y, at)
@@ -424,7 +429,8 @@ def expand_rates(
         dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
         _believe(belief, dr, states[k], spreads[k])
         rate_sights(
-            fix, by.receptions, lines[begin:end], since[k], belief, dr, by.growth, by.reckoning,
+            fix, by.receptions, lines[begin:end], since[k], belief, dr,
+            growth_of(by.growths, fix.auv), by.reckoning,
             rates, rows[begin:end], values[begin:end], variances[begin:end],
         )  # fmt: skip
         begin = end
@@ -444,10 +450,11 @@ def _believed(
     for reception in receptions:
         if reception.outcome == HEARD and not isnan(reception.called_before_s):
             before = reckoned(auv, dr.time - reception.called_before_s, by.reckoning)
-            drift = expected(belief, by.growth)
-            x, y = expected_error(drift, way_since(drift, before, by.growth.in_body))
+            growth = growth_of(by.growths, auv)
+            drift = expected(belief, growth)
+            x, y = expected_error(drift, way_since(drift, before, growth.in_body))
             called = before.x - x, before.y - y, depth
-            moved = between(belief, dr, before, by.growth)
+            moved = between(belief, dr, before, growth)
             break
     return PingBelief(place, spread, called, moved, unsure)
 

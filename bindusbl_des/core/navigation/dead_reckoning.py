@@ -4,11 +4,12 @@ The errors of each AUV are drawn in `mission.sensor_errors`.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ...support.arrays import Floats
+from ...support.arrays import Floats, Ints
 from ...support.compiled import compiled, inlined
 from ...support.packed import Packed, unpacked
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
@@ -16,20 +17,22 @@ from ..vehicles.motion import Motion, headed, places
 from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow
 
 
-def random_walk(rate: float, sd: float, noise: Floats) -> Floats:
-    """Return random walks (m) of `sd` (m/sqrt(s)) at the samples k / rate, in the place of `noise`.
+def random_walk(rate: float, sds: Floats, noise: Floats) -> Floats:
+    """Return random walks (m) of `sds` (n,), m/sqrt(s), at the samples k / rate, in the place of
+    `noise`.
 
     `noise` (n, k + 1, 2) are standard normal numbers, but the first row of each walk is where it
     begins (m).  The variance is sd^2 t per axis whatever the path, so walks are drawn in the survey
     frame, and do not depend on anything else.
     """
-    _sum_up(noise, sd / math.sqrt(rate))
+    _sum_up(noise, sds / math.sqrt(rate))
     return noise
 
 
 @compiled
-def _sum_up(walks: Floats, step: float) -> None:
+def _sum_up(walks: Floats, steps: Floats) -> None:
     for walk in range(walks.shape[0]):
+        step = steps[walk]
         x, y = walks[walk, 0, 0], walks[walk, 0, 1]
         for k in range(1, walks.shape[1]):
             x += step * walks[walk, k, 0]
@@ -80,11 +83,15 @@ class DeadReckoning:
         self.known = Reckoned(motion, wrong)
         self._packed = Packed(self.known)
 
-    def follow(self, time: float) -> None:
-        """Sum up the effect of wandering biases up to an instant (s), by which motion is known."""
+    def follow(self, time: float, auvs: Sequence[int] | None = None) -> None:
+        """Sum up the effect of wandering biases up to an instant (s), of AUVs whose motion is known
+        by then: all of them, unless said.
+        """
         end = min(int(time / self._held_s) + 1, self._steps)
         if end > self._followed:
-            _follow(self._packed.address, self._followed, end)
+            count = len(self.known.wrong.biases)
+            whose = np.arange(count) if auvs is None else np.array(auvs, dtype=np.int64)
+            _follow(self._packed.address, self._followed, end, whose)
             self._followed = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
@@ -142,12 +149,12 @@ def _reckoned_all(
 
 
 @compiled
-def _follow(packed: int, begin: int, end: int) -> None:
-    """Write the effect of wandering biases in the steps begin..end; `packed` is the address of a
-    :class:`Reckoned`.
+def _follow(packed: int, begin: int, end: int, whose: Ints) -> None:
+    """Write the effect of wandering biases of AUVs (k,) in the steps begin..end; `packed` is the
+    address of a :class:`Reckoned`.
     """
     motion, wrong = unpacked(packed, Reckoned)
-    for auv in range(len(wrong.biases)):
+    for auv in whose:
         for k in range(begin, end):
             _, _, _, _, cosine, sine = headed(motion, auv, k * wrong.held_s)
             cosine, sine = by_compass(cosine, sine, wrong, auv)

@@ -24,12 +24,12 @@ from ..vehicles.reckoning import expected_error, way_since
 from .belief import (
     Belief,
     Beliefs,
-    Growth,
+    Growths,
     begun_at,
     carry,
-    copies,
     error_spread,
     expected,
+    growth_of,
     on_circle,
     one,
     step_on,
@@ -98,7 +98,7 @@ def believed(
     :class:`.dead_reckoning.Odometry`.
     """
     known = unpacked(packed, Known)
-    growth, beliefs, since = known.growth, known.held.beliefs, known.held.since
+    growth, beliefs, since = growth_of(known.growths, auv), known.held.beliefs, known.held.since
     belief, ahead, n = known.scratch.belief, known.scratch.ahead, 0
     odometry = Odometry(times, position, headings)
     is_plain = growth.stretched == growth.wandering == growth.aligned == 0
@@ -161,8 +161,8 @@ class LinearNavigator:
         self,
         reckoning: DeadReckoning,
         rule: Rule,
-        growth: Growth,
-        first: Belief,
+        growths: Growths,
+        first: Beliefs,
         corrections: Floats,
         learnt: Rows,
         common: Jacobians = NOTHING,
@@ -172,27 +172,28 @@ class LinearNavigator:
     ) -> None:
         """Take dead reckoning, the rule, the growth of beliefs and the first belief.
 
-        `first` as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt` are
-        written as of :class:`.correcting.Known`.  `common` are the Jacobians of fixes by the last
-        states; fixes are made of some of the `receptions`; GNSS fixes are rows of `gnss`.  Range
-        rates with the errors `rates` are applied if not None.
+        `first` each as of :func:`.belief.first_belief`; for autopilots, `corrections` and `learnt`
+        are written as of :class:`.correcting.Known`.  `common` are the Jacobians of fixes by the
+        last states; fixes are made of some of the `receptions`; GNSS fixes are rows of `gnss`.
+        Range rates with the errors `rates` are applied if not None.
         """
         #: Errors of the range rates that are applied with fixes; None: none are.
         self.rates = rates
         #: Jacobians of fixes by the last states.
         self.common = common
-        start = copies(first, len(corrections))
-        if growth.stretched > 0:
+        any_of = Belief(first.moments[:1], first.states[0], first.covariances[0])
+        start = Beliefs(first.moments.copy(), first.states.copy(), first.covariances.copy())
+        if growths.stretched > 0:
             for auv in range(len(corrections)):
-                start.moments[auv] = begun_at(first, reckoning.at(auv, 0.0)).moment[0]
+                start.moments[auv] = begun_at(any_of, reckoning.at(auv, 0.0)).moment[0]
         self._held = Held(start)
-        memory, scratch = memory_of(first, start), scratch_for(first, common.columns)
+        memory, scratch = memory_of(any_of, start), scratch_for(any_of, common.columns)
         receptions = EventBuffer(RECEPTION) if receptions is None else receptions
         #: The GNSS fixes.
         self.gnss = EventBuffer(FIX) if gnss is None else gnss
         known, held, rows = reckoning.known, self._held.all, (receptions.array, self.gnss.array)
         self._known = Packed(
-            Known(rule, growth, known, memory, held, scratch, *rows, corrections, learnt)
+            Known(rule, growths, known, memory, held, scratch, *rows, corrections, learnt)
         )
         receptions.hand_on(self._known, "receptions")
         self._receptions = receptions

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...support.arrays import Floats, Ints
 from ..records.rows import FIX, Rows
-from .belief import NO_NUMBERS, Belief, Growth, begun_at, on_circle
+from .belief import NO_NUMBERS, Belief, Beliefs, Growths, begun_at, growth_of, on_circle, one
 from .dead_reckoning import DeadReckoning, Odometry
 from .fix_update import said_of_all
 from .navigators import LinearNavigator
@@ -73,13 +73,13 @@ class Smoother:
         self,
         navigator: LinearNavigator,
         reckoning: DeadReckoning,
-        growth: Growth,
-        first: Belief,
+        growths: Growths,
+        first: Beliefs,
         lag_s: float | None = None,
     ) -> None:
         """Take the filter, its dead reckoning, growth and first belief; `lag_s` None: no limit."""
         self._filter, self._reckoning = navigator, reckoning
-        self._growth, self._first = growth, first
+        self._growths, self._first = growths, first
         self._lag = inf if lag_s is None else lag_s
         self._histories: list[FixHistory] = []
         self._latest: tuple[object, SmoothedTrack] | None = None
@@ -121,8 +121,8 @@ class Smoother:
         valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
         times, count = odometry.times, len(odometry.times)
         found = SmoothedTrack(np.empty((count, 2)), np.empty((count, 3)))
-        begin = begun_at(self._first, self._reckoning.at(auv, 0.0))
-        is_open, growth = np.ones(len(valid), dtype=bool), self._growth
+        begin = begun_at(one(self._first, auv), self._reckoning.at(auv, 0.0))
+        is_open, growth = np.ones(len(valid), dtype=bool), growth_of(self._growths, auv)
         errors, last = np.full((len(valid), 2), nan), NOTHING
         for first, end in self._groups(times, delivered):
             is_delivered = delivered <= times[first] + self._lag
@@ -152,7 +152,7 @@ class Smoother:
             at = np.searchsorted(nodes.times, times[first:end])
             found.places[first:end] = odometry.position[first:end] - states[at, :2]
             found.covariances[first:end] = [
-                on_circle(spread, self._growth.aligned) for spread in spreads[at]
+                on_circle(spread, growth.aligned) for spread in spreads[at]
             ]
         return found
 
@@ -188,7 +188,7 @@ class Smoother:
         between; and the sights of these fixes.
         """
         instants = np.unique(np.concatenate((begin.moment["at_s"], times, valid[which])))
-        nodes = self._reckoning.sample(auv, self._stepped(begin, instants))[1]
+        nodes = self._reckoning.sample(auv, self._stepped(auv, begin, instants))[1]
         own, sights = np.flatnonzero(which[told.owners]), told.sights
         if len(told.rated[0]):  # sort all sights of a fix together
             own = own[np.argsort(told.owners[own], kind="stable")]
@@ -199,7 +199,7 @@ class Smoother:
         """Return fixes as two sights each, by the fixes' indices: along x, and along y less the
         part whose noise is correlated with x; then range rates.
         """
-        rows, states = known.rows, len(self._first.state)
+        rows, states = known.rows, self._first.states.shape[1]
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
         places = np.column_stack((rows["said_x_m"], rows["said_y_m"]))
         xx, yy, xy = rows["said_xx_m2"], rows["said_yy_m2"], rows["said_xy_m2"]
@@ -224,7 +224,7 @@ class Smoother:
         owners = np.repeat(np.arange(len(rows)), 2)
         if not len(rated[0]):
             return FixSights(sights, owners, rated, since)
-        at_fixes, covariance = np.zeros((len(rows), states)), self._first.covariance
+        at_fixes, covariance = np.zeros((len(rows), states)), self._first.covariances[auv]
         at_fixes[:, :2] = then.position - self._filter.estimate(auv, then)
         unsure = np.broadcast_to(covariance, (len(rows), *covariance.shape)).copy()
         further = self._filter.expanded_rates(rows, since, rated, at_fixes, unsure)
@@ -263,13 +263,14 @@ class Smoother:
             own += len(told.owners) - len(owners)
             sights.rows[own], sights.values[own], sights.variances[own] = further
 
-    def _stepped(self, begin: Belief, instants: Floats) -> Floats:
+    def _stepped(self, auv: int, begin: Belief, instants: Floats) -> Floats:
         """Return instants (s) with the stops in between to which a belief must be carried."""
-        if not np.isfinite(self._growth.step) or not instants.size:
+        step = self._growths.steps[auv]
+        if not np.isfinite(step) or not instants.size:
             return instants
         first, last = float(begin.moment["at_s"][0]), float(instants[-1])
-        numbers = np.arange(np.floor(first / self._growth.step) + 1, last / self._growth.step)
-        return np.unique(np.concatenate((instants, numbers * self._growth.step)))
+        numbers = np.arange(np.floor(first / step) + 1, last / step)
+        return np.unique(np.concatenate((instants, numbers * step)))
 
 
 def _are_near(moved: Floats, spreads: Floats) -> bool:

@@ -48,7 +48,7 @@ import numpy as np
 from ...support.arrays import Floats, Ints
 from ..records.rows import FIX, NONE, EventBuffer, Jacobians, Rows
 from ..vehicles.reckoning import DeadReckoned, expected_error, way_since
-from .belief import STATES, Belief, Growth, expected
+from .belief import STATES, Belief, Beliefs, Growths, expected, growth_of
 from .correcting import REMEMBERED, TeamBelief, carry_team, error_at, hold, take_fix
 from .dead_reckoning import DeadReckoning
 from .fix_update import Noise, Rule, take
@@ -150,7 +150,7 @@ class Team(LinearNavigator):
     """Kalman navigators of AUVs that range each other; `fusion` as of the module."""
 
     def __init__(
-        self, reckoning: DeadReckoning, rule: Rule, growth: Growth, first: Belief,
+        self, reckoning: DeadReckoning, rule: Rule, growths: Growths, first: Beliefs,
         corrections: Floats, learnt: Rows, common: Jacobians, receptions: EventBuffer,
         gnss: EventBuffer, *, fusion: str, raw: bool, fleet: Common, errors: PeerErrors,
         every_s: float, sound_speed: float, columns: dict[str, int],
@@ -161,14 +161,15 @@ class Team(LinearNavigator):
         and `sound_speed` begin, if they are states.
         """
         super().__init__(
-            reckoning, rule, growth, first, corrections, learnt, common, receptions, gnss
+            reckoning, rule, growths, first, corrections, learnt, common, receptions, gnss
         )
-        self.reckoning, self.rule, self.growth = reckoning, rule, growth
-        self.count, self.size = len(corrections), len(first.state)
+        self.reckoning, self.rule, self.growths = reckoning, rule, growths
+        self.count, self.size = len(corrections), first.states.shape[1]
+        growth = growth_of(growths, 0)
         #: The growth by noise that all have in common.
         self.alike = growth._replace(
             walk=0.0, wander=growth.wander * fleet.driven[4], wandering=0,
-            sds=growth.sds * fleet.driven[STATES:],
+            sds=growth.sds * fleet.driven[STATES:], step=float(growths.steps.min()),
         )  # fmt: skip
         self.fleet, self.errors, self.every_s, self.columns = fleet, errors, every_s, columns
         self.sound_speed, self.fixes = sound_speed, np.zeros(0, FIX)
@@ -430,14 +431,15 @@ class Joint:
         """
         team, own = self.team, self._block(self._place[auv])
         belief, dr = self.belief(auv, state), team.dr(auv, time)
+        growth = growth_of(team.growths, auv)
         passed = float(belief.moment["at_s"][0]) - time
         by = np.empty((team.size, team.size))
-        transition(belief, dr, team.growth, by)
-        drift = expected(belief, team.growth)
-        error = expected_error(drift, way_since(drift, dr, team.growth.in_body))
+        transition(belief, dr, growth, by)
+        drift = expected(belief, growth)
+        error = expected_error(drift, way_since(drift, dr, growth.in_body))
         back = np.zeros((2, len(state.belief.state)))
         back[:, own] = -by[:2]
-        return np.array((dr.x - error[0], dr.y - error[1])), back, team.growth.walk * abs(passed)
+        return np.array((dr.x - error[0], dr.y - error[1])), back, growth.walk * abs(passed)
 
     def _by_errors(self, slopes: Floats, kind: str, sight: PeerSight) -> None:
         """Write the Jacobian of a range or bearing by errors of sound speed, clocks and arrays."""
@@ -446,8 +448,8 @@ class Joint:
         if kind == "steep":
             return
         if kind == "bearing":
-            if team.growth.stretched:  # the compass rotates the path and the bearing alike
-                slopes[own.start + team.growth.stretched + 1] += 1.0
+            if team.growths.stretched:  # the compass rotates the path and the bearing alike
+                slopes[own.start + team.growths.stretched + 1] += 1.0
             if self._turn >= 0:
                 slopes[self._turn + sight.auv] += 1.0
             return

@@ -16,6 +16,7 @@ from ...support.arrays import Flags, Floats
 from ..acoustics.propagation import SignalBand
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
+from ..scenario.groups import Auv
 from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import SPEED, places
@@ -210,20 +211,19 @@ def prediction_of(site: Site, launched: Floats) -> Prediction | None:
 
 def courses(site: Site) -> list[Course]:
     """Return what is planned for each AUV of a scenario."""
-    unflown = _unflown(site)
-    if unflown is not None:
-        return [Shifted(vehicle) for vehicle in unflown]
-    plans = zip(site.plans, site.scenario.auvs.speeds, strict=True)
-    return [Touring(plan.tour, speed) for plan, speed in plans]
+    return [
+        Touring(plan.tour, auv.speed_m_per_s) if plan is not None else Shifted(_unflown(site, auv))
+        for auv, plan in zip(site.auvs, site.plans, strict=True)
+    ]
 
 
-def _unflown(site: Site) -> list[SegmentedTrajectory] | None:
-    """Return the AUVs that hold still or repeat tracks; None where they fly paths."""
-    held, depth = site.held_places_m, site.scenario.survey.depth
+def _unflown(site: Site, auv: Auv) -> SegmentedTrajectory:
+    """Return an AUV that holds still or repeats a track."""
+    held, track = site.held_places_m[auv.number], site.auv_tracks[auv.number]
     if held is not None:
-        return [moored(Place(x, y, depth(auv), 0.0)) for auv, (x, y) in enumerate(held)]
-    tracks = site.auv_tracks
-    return None if tracks is None else [recorded(*track) for track in tracks]
+        return moored(Place(*held, auv.depth_m, 0.0))
+    assert track is not None, "an AUV flies, holds, or repeats a track"
+    return recorded(*track)
 
 
 def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
@@ -235,20 +235,20 @@ def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
         ValueError: when the route cannot be flown.
         PluginError: when a user-defined route is not allowed, or makes none.
     """
-    unflown = _unflown(site)
-    if unflown is not None:
-        return unflown
-    depths = [site.scenario.survey.depth(auv) for auv in range(site.scenario.auvs.count)]
-    plans = zip(site.plans, site.scenario.auvs.speeds, depths, strict=True)
-    return [kinematic(plan.tour, speed, depth, lasts) for plan, speed, depth in plans]
+    return [
+        _unflown(site, auv)
+        if plan is None
+        else kinematic(plan.tour, auv.speed_m_per_s, auv.depth_m, lasts)
+        for auv, plan in zip(site.auvs, site.plans, strict=True)
+    ]
 
 
 def planned_speeds(site: Site, auvs: VehicleFleet) -> Floats:
-    """Return the planned speed of each AUV (m/s), (n,); of a track the speed of its fastest leg."""
-    speed = np.array(site.scenario.auvs.speeds)
-    if site.scenario.auvs.route.is_held:
-        speed[:] = 0.0
-    elif site.route.is_recorded and auvs.poses is None:
-        table, first, _ = auvs.motion
-        speed = np.maximum.reduceat(table[:, SPEED], first[:-1])
+    """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
+    speed = np.array(site.planned_speeds_m_per_s)
+    for wing, route in zip(site.wings, site.routes, strict=True):
+        if route.is_recorded and auvs.poses is None:
+            members = list(wing.members)
+            fastest = np.maximum.reduceat(auvs.motion.table[:, SPEED], auvs.motion.first[:-1])
+            speed[members] = fastest[members]
     return speed

@@ -211,7 +211,7 @@ def slots_of(site: Site, messages: Messages) -> Slots:
     sound_speed, rate = site.assumed_sound_speed_m_per_s, site.scenario.protocol.tick_rate_hz
     hf, protocol = site.scenario.acoustics.hf, site.scenario.protocol
     crossing = crossing_time(site.area.across, sound_speed)
-    deepest = site.scenario.survey.deepest
+    deepest = site.deepest_m
     longest = hf.longest_path_m(deepest) / sound_speed
     guards = (
         _chosen(protocol.uplink_guard_s, UPLINK_GUARD * crossing),
@@ -254,7 +254,7 @@ def _behind(site: Site, messages: Messages, sound_speed: float) -> Behind:
     hops = 0 if protocol.relay is None else protocol.relay.hops
     return Behind(
         protocol.relays(site.scenario.auvs.count), hops,
-        mf.longest_path_m(site.scenario.survey.deepest) / sound_speed,
+        mf.longest_path_m(site.deepest_m) / sound_speed,
         each if protocol.acknowledge == "frame" else None, messages.modem,
     )  # fmt: skip
 

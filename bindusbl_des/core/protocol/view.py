@@ -139,14 +139,14 @@ def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes
     """Return what a fleet will know of its AUVs' estimates and positions, by what is planned."""
     scenario = setup.scenario
     speeds, water = planned_speeds(setup, auvs), scenario.environment
-    carried = 0.0
-    if scenario.auvs.vehicle.has_dynamics:
-        carried = water.current_m_per_s + 3.0 * water.current_variation_m_per_s
+    carried = np.array([auv.group.vehicle.has_dynamics for auv in setup.auvs]) * (
+        water.current_m_per_s + 3.0 * water.current_variation_m_per_s
+    )
     placed = scenario.asvs.formation.replanned
     vessels = placed.speed_m_per_s if placed is not None else 0.0
 
     def drift(auv: int, time: float) -> float:
-        return setup.own_sensors.straight_drift_rms(time, float(speeds[auv]))
+        return setup.sensors[auv].straight_drift_rms(time, float(speeds[auv]))
 
     initial, positions = scenario.navigation.initial_position_sd_m, setup.positions
     moving = speeds + carried

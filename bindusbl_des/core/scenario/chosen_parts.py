@@ -5,26 +5,31 @@ from operator import attrgetter
 from typing import Any
 
 from ...support.plugins import Family, PluginError, allow, is_plugin, loaded
-from .families import FAMILIES
+from .families import AUV, FAMILIES, ROUTE
 from .part_choice import PartChoice, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 
 
-def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[Family[Any], PartChoice]]:
-    """Yield each family and the choice of its part in a scenario."""
+def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[str, Family[Any], PartChoice]]:
+    """Yield each key of a scenario that names a part, its family and the choice."""
     for family in FAMILIES:
         found = attrgetter(family.key)(scenario)
-        yield family, found if isinstance(found, PartChoice) else found.choice
+        yield family.key, family, found if isinstance(found, PartChoice) else found.choice
+    for number, group in enumerate(scenario.auvs.groups):
+        for family, own in ((ROUTE, group.route), (AUV, group.vehicle)):
+            if own is not None:
+                name = family.key.removeprefix("auvs.")
+                yield f"auvs.groups.{number}.{name}", family, own.choice
 
 
 def loaded_parts(scenario: ScenarioKeys) -> tuple[object, ...]:
     """Return the user-defined parts of a scenario that are loaded by now."""
-    return tuple(loaded(str(name)) for _, name in parts_of(scenario) if is_plugin(name))
+    return tuple(loaded(str(name)) for _, _, name in parts_of(scenario) if is_plugin(name))
 
 
 def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
     """Admit and load the plug-ins that a scenario names; yield why any of them cannot be used."""
-    for family, name in parts_of(scenario):
+    for _, family, name in parts_of(scenario):
         if is_plugin(name):
             allow([name])
             yield from own_mistakes(family, name)
@@ -38,6 +43,6 @@ def ready_plugins(scenario: ScenarioKeys) -> None:
     Raises:
         PluginError: when one is not allowed, or cannot be loaded or called.
     """
-    for family, name in parts_of(scenario):
+    for _, family, name in parts_of(scenario):
         if is_plugin(name):
             own_part(family, name)

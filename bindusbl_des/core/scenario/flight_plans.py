@@ -20,10 +20,10 @@ from ..geometry.routes import (
     there_and_back,
     waypoint_poses,
 )
+from .groups import Auv
 from .scenario_keys import Environment
 from .sections.routes import Lawnmower, RouteTraits
-from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, Survey, SurveyEnd
-from .sections.vehicles import Auvs
+from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 
 # What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share
 # of the whole for turns that they follow loosely.
@@ -35,29 +35,25 @@ SIGMAS = 3.0
 
 @dataclass(frozen=True)
 class Planner:
-    """What plans follow from: the AUVs and their route, with its places in metres; the area, the
-    heading of its lanes (rad), and the radius (m) of each AUV's turns.
+    """What plans follow from: AUVs and the route that they share, with its places in metres; the
+    area, the heading of its lanes (rad), and the radius (m) of each AUV's turns.
     """
 
-    auvs: Auvs
-    survey: Survey
+    auvs: Sequence[Auv]
     route: RouteTraits
     area: Area
     lanes_heading: float
     radii: Sequence[float]
 
     def plans(self) -> tuple[FlightPlan, ...]:
-        """Return what each AUV is to fly, AUV0 first (routes lawnmower and waypoints).
+        """Return what each AUV is to fly (routes lawnmower and waypoints).
 
         Raises:
-            ValueError: when the route has no plan, or cannot be flown.
+            ValueError: when the route cannot be flown.
         """
-        auvs, lanes = range(self.auvs.count), self.route.lanes
-        if not self.route.is_flown:
-            kind = str(self.auvs.route.choice)
-            raise ValueError(f"an AUV whose route is {kind!r} has no planned path")
+        auvs, lanes = range(len(self.auvs)), self.route.lanes
         if lanes is not None:
-            shares = shares_of(self.area, self.lanes_heading, lanes, self.auvs.count)
+            shares = shares_of(self.area, self.lanes_heading, lanes, len(self.auvs))
             plans = [self._over_lanes(lanes, shares[auv], auv) for auv in auvs]
         else:
             plans = [self._along_points(auv) for auv in auvs]
@@ -67,13 +63,13 @@ class Planner:
         """Return the plan of an AUV, with its ascents to the surface where its route asks for
         them.
         """
-        route, speed = self.auvs.route.surfacing, self.auvs.speed(auv)
+        route, speed = self.route.surfacing, self.auvs[auv].speed_m_per_s
         if route is None or route.surface_every_s is None:
             return plan
         asked = Surfacing(
             speed * route.surface_every_s,
             self.radii[auv],
-            self.survey.depth(auv),
+            self.auvs[auv].depth_m,
             math.radians(route.climb_angle_deg),
             speed * route.surface_for_s,
         )
@@ -89,17 +85,18 @@ class Planner:
 
     def _over_lanes(self, route: Lawnmower, share: Share, auv: int) -> FlightPlan:
         """Return the plan of an AUV over its lanes."""
-        area, auvs, radius = self.area, self.auvs, self.radii[auv]
+        area, own, radius = self.area, self.auvs[auv], self.radii[auv]
+        group = own.group
         if 2 * radius > area.across:
             raise ValueError(
-                f"auvs.vehicle: at {auvs.speed(auv):g} m/s {auvs.vehicle} turns with a radius of "
-                f"{radius:.1f} m, too wide for a survey of {area.words}; use another vehicle "
-                "(bluerov2 turns tightly), another speed or a larger survey"
+                f"{group.key('vehicle')}: at {own.speed_m_per_s:g} m/s {group.vehicle} turns with "
+                f"a radius of {radius:.1f} m, too wide for a survey of {area.words}; use another "
+                "vehicle (bluerov2 turns tightly), another speed or a larger survey"
             )
-        heading, join = self.lanes_heading, math.radians(auvs.join_angle_deg)
+        heading, join = self.lanes_heading, math.radians(group.join_angle_deg)
         launch, recovery = (
             None if place is None else turned(place, -heading)
-            for place in (auvs.launch(auv), auvs.recovery(auv))
+            for place in (own.launch_m, own.recovery_m)
         )
         box = area.along(heading).box
         start = share.centre if route.start == "strip_centre" else None
@@ -116,7 +113,7 @@ class Planner:
 
     def _along_points(self, auv: int) -> FlightPlan:
         """Return the plan of an AUV along way points, from first to last one lane."""
-        launch, recovery = self.auvs.launch(auv), self.auvs.recovery(auv)
+        _, group, _, _, launch, recovery = self.auvs[auv]
         points, radius = self.route.places[auv], self.radii[auv]
         before = launch is not None and dist(launch, points[0]) >= SHORTEST_LANE
         behind = recovery is not None and dist(recovery, points[-1]) >= SHORTEST_LANE
@@ -134,7 +131,7 @@ class Planner:
             first, last = passed[int(before)], passed[-1 - int(behind)]
         tour = path
         if recovery is None:
-            join = math.radians(self.auvs.join_angle_deg)
+            join = math.radians(group.join_angle_deg)
             tour = there_and_back(path, self.area.box, radius, join)
         return FlightPlan(path, ((first, last),), tour)
 
@@ -151,7 +148,9 @@ def shares_of(area: Area, heading: float, route: Lawnmower, auvs: int) -> list[S
     return divide(area.along(heading), ruling, auvs)
 
 
-def survey_end(auvs: Auvs, water: Environment, plans: Sequence[FlightPlan]) -> SurveyEnd:
+def survey_end(
+    auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
+) -> SurveyEnd:
     """Return when (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
 
     AUVs without dynamics do what is planned.  What others do is known only once they have done it:
@@ -161,30 +160,35 @@ def survey_end(auvs: Auvs, water: Environment, plans: Sequence[FlightPlan]) -> S
     Raises:
         ValueError: when a current leaves no headway, or the survey takes longer than a mission may.
     """
-    last = max(flown_s(auvs, water, plans))
+    last = max(flown_s(auvs, water, plans).values(), default=0.0)
     if not SHORTEST_S <= last <= LONGEST_S or not math.isfinite(last):
         raise ValueError(f"{SURVEY} takes {last:.3g} s; a mission may last {LONGEST_S:g} s")
     return SurveyEnd(last)
 
 
-def flown_s(auvs: Auvs, water: Environment, plans: Sequence[FlightPlan]) -> list[float]:
-    """Return when (s) each AUV has flown its lanes, and is where it is recovered, if anywhere.
+def flown_s(
+    auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
+) -> dict[int, float]:
+    """Return when (s) each AUV that flies any has flown its lanes, and is where it is recovered, if
+    anywhere.
 
     Raises:
         ValueError: when a current leaves no headway.
     """
-    ends = []
+    ends: dict[int, float] = {}
     against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
-    for auv, plan in enumerate(plans):
-        length = plan.lanes[-1][1] if auvs.recovery(auv) is None else plan.path.length
-        speed = auvs.speed(auv)
-        if not auvs.vehicle.has_dynamics:
-            ends.append(length / speed)
+    for auv, plan in zip(auvs, plans, strict=True):
+        if plan is None:  # it flies none
+            continue
+        length = plan.lanes[-1][1] if auv.recovery_m is None else plan.path.length
+        speed = auv.speed_m_per_s
+        if not auv.group.vehicle.has_dynamics:
+            ends[auv.number] = length / speed
             continue
         if speed <= against:
             raise ValueError(
-                f"{SURVEY} has no end: at {speed:g} m/s AUV{auv} makes no headway against a "
+                f"{SURVEY} has no end: at {speed:g} m/s AUV{auv.number} makes no headway against a "
                 f"current of up to {against:g} m/s; give the seconds, or ask for more speed"
             )
-        ends.append(STARTING_S + (1.0 + LOOSELY) * length / (speed - against))
+        ends[auv.number] = STARTING_S + (1.0 + LOOSELY) * length / (speed - against)
     return ends

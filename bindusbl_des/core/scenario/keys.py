@@ -4,6 +4,7 @@ The rows come from the models in :mod:`.scenario_keys`, so that what `params` pr
 what messages say and what is checked cannot differ.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -16,6 +17,8 @@ from ...support.wording import plain
 from .families import FAMILIES
 from .key_types import Part, Position
 from .scenario_keys import ScenarioKeys
+from .sections.navigation import Navigation
+from .sections.survey import Survey
 from .sections.vehicles import VehicleChoice
 
 if TYPE_CHECKING:
@@ -29,6 +32,20 @@ OWN_PART = "module:object"
 PARTS = {family.name_key: (*family.siblings, *[OWN_PART] * family.is_open) for family in FAMILIES}
 # Sections that are parts, and the key in each that names it.
 WORDS = {family.key: family.word for family in FAMILIES if family.word}
+
+
+def as_for_all(key: str) -> str:
+    """Return the key, said of all AUVs, that is said of one group of them; others are themselves.
+
+    >>> as_for_all("auvs.groups.0.route.kind"), as_for_all("auvs.groups.drift"), as_for_all("x")
+    ('auvs.route.kind', 'navigation.drift', 'x')
+    """
+    found = re.fullmatch(r"auvs\.groups\.(?:\d+\.)?(([a-z]\w*).*)", key)
+    if found is None:
+        return key
+    in_survey, in_navigation = found[2] in Survey.model_fields, found[2] in Navigation.model_fields
+    section = "survey" if in_survey else "navigation" if in_navigation else "auvs"
+    return f"{section}.{found[1]}"
 
 
 @dataclass(frozen=True)
@@ -117,6 +134,8 @@ def json_schema() -> dict[str, Any]:
     # `route: {}` fits several kinds, which `oneOf` forbids; Scenario reads it as a lawnmower.
     route = schema["$defs"]["Auvs"]["properties"]["route"]
     route["anyOf"] = route.pop("oneOf")
+    of_group = schema["$defs"]["AuvGroup"]["properties"]["route"]
+    of_group["anyOf"] = [*route["anyOf"], {"type": "null"}]
     for family in (family for family in FAMILIES if not family.word):
         part = _property(schema, family.key)
         if "pattern" in part:  # any text, as far as its type knows
@@ -207,7 +226,8 @@ def _item_rows(model: type[Part], prefix: str) -> Iterator[Key]:
         for part in _parts(field.annotation):
             yield from _item_rows(part, f"{prefix}{name}.")
         for item in _items(field.annotation):
-            yield from _rows(item, f"{prefix}{name}.", "")
+            for inner, own in item.model_fields.items():
+                yield _row(f"{prefix}{name}.{inner}", own, "")
 
 
 def _items(annotation: Any) -> tuple[type[Part], ...]:
@@ -242,8 +262,8 @@ def _row(key: str, field: "FieldInfo", only: str) -> Key:
     extra = _extra(field)
     return Key(
         key,
-        "choice" if key in PARTS else _type(field.annotation),
-        PARTS.get(key) or _choices(field.annotation),
+        "choice" if as_for_all(key) in PARTS else _type(field.annotation),
+        PARTS.get(as_for_all(key)) or _choices(field.annotation),
         extra["unit"],
         REQUIRED if field.is_required() else plain(field.default),
         _range(field.metadata),
@@ -266,6 +286,8 @@ def _type(annotation: Any) -> str:
     origin, arms = get_origin(annotation), get_args(annotation)
     if annotation == Position:
         return "[lat, lon]"
+    if len(_parts(annotation)) > 1:
+        return "keys and values, or null"
     if origin is Annotated:
         return _type(arms[0])
     if origin in (Union, UnionType):

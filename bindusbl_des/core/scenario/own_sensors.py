@@ -23,6 +23,7 @@ from typing import NamedTuple, Self
 from ...support.facts import fact
 from ...support.spreads import drift_rms, per_axis_sd, wandering_rms
 from .agreement.instruments import taken_for
+from .groups import Group
 from .site import Site
 
 
@@ -79,63 +80,83 @@ SLOW_NUMBERS = 4
 class Sensors(Site):
     """What is wrong with the sensors of a scenario, drawn or constant, and who is told of it."""
 
-    @fact
-    def drift_line_m(self) -> float | None:
-        """The way (m) over which the errors of an inertial system's sheet wander; None: they are
-        constant, or there is no sheet.
+    def drift_line_m(self, group: Group) -> float | None:
+        """Return the way (m) over which the errors of an inertial system's sheet wander; None: they
+        are constant, or there is no sheet.
 
         They are constant as well where no one speed is planned by which a way takes a time (AUVs
         that hold, that repeat tracks, or that differ in speed), and where the heading error turns
         an array, too (passive ranging).
         """
-        auvs, drift = self.scenario.auvs, self.scenario.navigation.drift
-        route = auvs.route
-        planned = not (route.is_held or route.is_recorded) and len(set(auvs.speeds)) == 1
+        drift, route = group.navigation.drift, group.route
+        speeds = {self.auvs[auv].speed_m_per_s for auv in group.members}
+        planned = not (route.is_held or route.is_recorded) and len(speeds) == 1
         if not drift.is_stated or not planned or self.scenario.protocol.asvs_ping:
             return None
         return drift.line_m
 
     @fact
+    def sensors(self) -> tuple[OwnSensors, ...]:
+        """What is wrong with the log, compass and inertial sensors of each AUV."""
+        found: list[OwnSensors] = []
+        for group in self.groups:
+            navigation, drift = group.navigation, group.navigation.drift
+            own = OwnSensors(
+                navigation.velocity_bias_m_per_s,
+                navigation.velocity_bias_sd_m_per_s,
+                navigation.velocity_bias_time_constant_s,
+                navigation.random_walk_m_per_sqrt_s,
+                navigation.scale_factor_sd,
+                navigation.heading_sd_deg,
+            )
+            if not drift.is_stated:
+                pass
+            elif (line := self.drift_line_m(group)) is not None:
+                time = line / self.auvs[group.members[0]].speed_m_per_s
+                lasts = time if drift.time_constant_s is None else drift.time_constant_s
+                off = per_axis_sd(drift.off_m(line, time), drift.statistic)
+                sd = off / wandering_rms(time, 1.0, lasts)
+                own = own._replace(bias_sd_m_per_s=sd, bias_time_constant_s=lasts)
+            elif drift.m_per_hour is not None:
+                off = per_axis_sd(drift.off_m(0.0, 1.0), drift.statistic)
+                own = own._replace(bias_sd_m_per_s=off)
+            else:
+                share = per_axis_sd(drift.off_m(1.0, 0.0), drift.statistic)
+                own = own._replace(
+                    scale_factor_sd=math.hypot(share, own.scale_factor_sd),
+                    heading_sd_deg=math.hypot(math.degrees(share), own.heading_sd_deg),
+                )
+            found += [own] * len(group.members)
+        return tuple(found)
+
+    @property
     def own_sensors(self) -> OwnSensors:
-        """What is wrong with the AUVs' log, compass and inertial sensors."""
-        navigation, drift = self.scenario.navigation, self.scenario.navigation.drift
-        given = OwnSensors(
-            navigation.velocity_bias_m_per_s,
-            navigation.velocity_bias_sd_m_per_s,
-            navigation.velocity_bias_time_constant_s,
-            navigation.random_walk_m_per_sqrt_s,
-            navigation.scale_factor_sd,
-            navigation.heading_sd_deg,
-        )
-        if not drift.is_stated:
-            return given
-        if (line := self.drift_line_m) is not None:
-            time = line / self.scenario.auvs.speeds[0]
-            lasts = time if drift.time_constant_s is None else drift.time_constant_s
-            off = per_axis_sd(drift.off_m(line, time), drift.statistic)
-            sd = off / wandering_rms(time, 1.0, lasts)
-            return given._replace(bias_sd_m_per_s=sd, bias_time_constant_s=lasts)
-        if drift.m_per_hour is not None:
-            off = per_axis_sd(drift.off_m(0.0, 1.0), drift.statistic)
-            return given._replace(bias_sd_m_per_s=off)
-        share = per_axis_sd(drift.off_m(1.0, 0.0), drift.statistic)
-        return given._replace(
-            scale_factor_sd=math.hypot(share, given.scale_factor_sd),
-            heading_sd_deg=math.hypot(math.degrees(share), given.heading_sd_deg),
-        )
+        """What is wrong with those of AUV0; of all AUVs, unless groups differ in it."""
+        return self.sensors[0]
 
     @fact
     def drift_words(self) -> str:
-        """How what an inertial system's sheet says is drawn, in a sentence; "" without a sheet.
+        """How what inertial systems' sheets say is drawn, a sentence each; "" without a sheet.
 
         Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
         """
-        auvs, drift, sensors = self.scenario.auvs, self.scenario.navigation.drift, self.own_sensors
-        route = auvs.route
+        said: dict[str, list[Group]] = {}
+        for group in self.groups:
+            if words := self._drawn_words(group):
+                said.setdefault(words, []).append(group)
+        everybody = [list(self.groups)]
+        return " ".join(
+            f"Dead reckoning{'' if [groups] == everybody else _of(groups)}: {words}"
+            for words, groups in said.items()
+        )
+
+    def _drawn_words(self, group: Group) -> str:
+        drift, route, sensors = group.navigation.drift, group.route, self.sensors[group.members[0]]
         if not drift.is_stated or route.is_held or route.is_recorded:
             return ""
-        line, sd = self.drift_line_m, sensors.bias_sd_m_per_s
-        share = sensors.scale_factor_sd if sd == 0.0 else sd / max(auvs.speeds)
+        line, sd = self.drift_line_m(group), sensors.bias_sd_m_per_s
+        fastest = max(self.auvs[auv].speed_m_per_s for auv in group.members)
+        share = sensors.scale_factor_sd if sd == 0.0 else sd / fastest
         drawn = (
             f"a scale factor of {100 * share:.3g} % and a heading error of "
             f"{math.degrees(share):.3g} deg"
@@ -144,7 +165,7 @@ class Sensors(Site):
         )
         lasts = "constant for the mission" if line is None else f"wandering over {line:g} m"
         return (
-            f"Dead reckoning: its data sheet's {drift.words} is {drawn} (standard deviations), "
+            f"its data sheet's {drift.words} is {drawn} (standard deviations), "
             f"drawn for each AUV and seed, {lasts}."
         )
 
@@ -203,3 +224,8 @@ class Sensors(Site):
             for kind in self.taken.lasting_errors
             if kind.name not in untold and kind.times <= MOST_TOLD
         ]
+
+
+def _of(groups: list[Group]) -> str:
+    """Return whose dead reckoning is meant."""
+    return f" of {', '.join(group.words for group in groups)}"

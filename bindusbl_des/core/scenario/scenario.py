@@ -136,7 +136,7 @@ class Scenario(ScenarioKeys):
     @property
     def plugins(self) -> dict[str, str]:
         """The user-defined parts that it names (``module:object``), by key."""
-        return {family.key: str(name) for family, name in parts_of(self) if is_plugin(name)}
+        return {key: str(name) for key, _, name in parts_of(self) if is_plugin(name)}
 
     @property
     def leave(self) -> str:
@@ -199,14 +199,14 @@ def site_of(scenario: Scenario) -> Site:
 def _ended(site: Site) -> list[Problem]:
     """Work out when the survey of a mission ends, and with it the mission; or say why not."""
     scenario = site.scenario
-    if not scenario.auvs.route.is_flown:
+    if not any(wing.asked.is_flown for wing in site.wings):
         message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
         return [Problem("duration_s", message, ("auvs.route.kind",))]
     try:
         end = site.survey_end_s
     except ValueError as error:
         key, _, message = str(error).partition(": ")
-        if key in (known for known, _ in leaves(scenario.model_dump())):  # who cannot fly it
+        if key.startswith("auvs."):  # who cannot fly it
             return [Problem(key, message, ("auvs.vehicle",))]
         return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
     scenario.__dict__["duration_s"] = end
@@ -220,17 +220,17 @@ def problems(site: Site) -> list[Problem]:
 
 def _parts_problems(site: Site) -> Iterator[Problem]:
     """Yield names of parts that there are not, and wrong settings of those that ship."""
-    for family, name in parts_of(site.scenario):
+    for key, family, name in parts_of(site.scenario):
         if name in family.siblings:
             for setting, message in shipped_mistakes(family, name):
-                yield Problem(f"{family.key}.{setting}", message)
+                yield Problem(f"{key}.{setting}", message)
         elif not (family.is_open and is_plugin(name)):
             own = ", or your own as module:object" if family.is_open else ""
             yield Problem(
-                family.key,
+                key,
                 f"{name!r} is no {family.noun}{did_you_mean(name, family.siblings)} (one of "
                 f"{', '.join(family.siblings)}{own})"
-                f"{_preset(family.key, name)}",
+                f"{_preset(key, name)}",
             )
 
 

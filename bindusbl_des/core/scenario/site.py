@@ -22,6 +22,7 @@ from .families import (
     ScheduleSettings,
     ScheduleTraits,
 )
+from .groups import Auv, Group, Wing, auvs_of, groups_of, wings_of
 from .key_types import Point, Position
 from .scenario_keys import ScenarioKeys
 from .sections.acoustics import Downlink, UplinkSection
@@ -154,17 +155,9 @@ class Site(Facts):
             return rectangle(survey.side_m, survey.side_m, turn)
         return polygon(in_metres(survey.corners_deg, self._known_ground))
 
-    @fact
-    def swath_m(self) -> float | None:
-        """How wide (m) a strip an AUV surveys; None where no key says."""
-        return self.scenario.survey.swath_m or getattr(
-            self.scenario.auvs.route, "lane_spacing_m", None
-        )
-
-    @fact
-    def lanes_heading_rad(self) -> float:
-        """The heading (rad, from +x to +y) of the frame in which lanes are planned."""
-        asked = getattr(self.scenario.auvs.route, "lane_heading_deg", None)
+    def lanes_heading_rad(self, wing: Wing) -> float:
+        """Return the heading (rad, from +x to +y) of the frame in which lanes are planned."""
+        asked = getattr(wing.asked, "lane_heading_deg", None)
         return self.area.turn if asked is None else math.radians(asked)
 
     # The water
@@ -182,7 +175,7 @@ class Site(Facts):
             return self.scenario.environment.sound_speed_m_per_s
         from ..sea.water_column import mean_speed
 
-        return mean_speed(self.sound_profile, self.scenario.survey.deepest)
+        return mean_speed(self.sound_profile, self.deepest_m)
 
     @fact
     def assumed_sound_speed_m_per_s(self) -> float:
@@ -217,7 +210,7 @@ class Site(Facts):
         from ..sea.water_column import Column  # brings numpy, which a given speed does not need
 
         return Column(
-            deepest_m=self.scenario.survey.deepest,
+            deepest_m=self.deepest_m,
             temperature_c=given.temperature_c,
             salinity_psu=given.salinity_psu,
             cast_file=given.ctd,
@@ -232,7 +225,62 @@ class Site(Facts):
         given = channel == "sonar" and channel.settings.get("bottom_m") is not None
         return given and not self.scenario.protocol.asvs_ping
 
-    # The ways of the AUVs
+    # The AUVs, one by one
+
+    @fact
+    def groups(self) -> tuple[Group, ...]:
+        """The AUVs that are alike: those of `auvs.groups`, or all of them."""
+        return tuple(groups_of(self.scenario))
+
+    @fact
+    def auvs(self) -> tuple[Auv, ...]:
+        """How fast (m/s) and deep (m) each AUV goes, and where it is launched and recovered (m)."""
+        return tuple(auvs_of(self.scenario, self.groups))
+
+    @fact
+    def deepest_m(self) -> float:
+        """The greatest depth (m) at which an AUV goes."""
+        return max(auv.depth_m for auv in self.auvs)
+
+    @fact
+    def fastest_m_per_s(self) -> float:
+        """The speed (m/s) of the fastest AUV."""
+        return max(auv.speed_m_per_s for auv in self.auvs)
+
+    @fact
+    def wings(self) -> tuple[Wing, ...]:
+        """The AUVs that share a route, and what is asked of each."""
+        return tuple(wings_of(self.groups))
+
+    @fact
+    def rising(self) -> frozenset[int]:
+        """The AUVs, by their numbers, that come up to the surface."""
+        rising = [wing for wing in self.wings if wing.asked.surfacing is not None]
+        return frozenset(auv for wing in rising for auv in wing.members)
+
+    @fact
+    def overruled_keys(self) -> tuple[str, ...]:
+        """The keys that could be said of all AUVs, and which each group says for itself."""
+        first, *others = self.groups
+        keys = first.own_keys
+        return tuple(key for key in keys if all(key in group.own_keys for group in others))
+
+    @fact
+    def planned_speeds_m_per_s(self) -> tuple[float, ...]:
+        """How fast (m/s) each AUV is to go along its way: those that hold, not at all."""
+        still = {auv for wing in self.wings if wing.asked.is_held for auv in wing.members}
+        return tuple(0.0 if auv.number in still else auv.speed_m_per_s for auv in self.auvs)
+
+    @fact
+    def swaths_m(self) -> tuple[float | None, ...]:
+        """How wide (m) a strip each AUV surveys; None where no key says."""
+        asked = self.scenario.survey.swath_m
+        found = {
+            auv: asked or getattr(wing.asked, "lane_spacing_m", None)
+            for wing in self.wings
+            for auv in wing.members
+        }
+        return tuple(map(found.get, range(len(self.auvs))))
 
     @fact
     def turning_radii_m(self) -> tuple[float, ...]:
@@ -241,68 +289,104 @@ class Site(Facts):
         Raises:
             ValueError: when a model cannot go at the speed that is asked of it.
         """
-        auvs = self.scenario.auvs
-        if not auvs.vehicle.has_dynamics:
-            return (auvs.turning_radius_m,) * auvs.count
-        from ..vehicles.guidance.departure import smallest_turn
+        found = {(auv.group, auv.speed_m_per_s): 0.0 for auv in self.auvs}
+        for group, speed in found:
+            vehicle = group.vehicle
+            if not vehicle.has_dynamics:
+                found[group, speed] = group.turning_radius_m
+                continue
+            from ..vehicles.guidance.departure import smallest_turn
 
-        model, coefficients = auvs.vehicle.model, dict(auvs.vehicle.coefficients)
-        try:
-            radius = {
-                speed: smallest_turn(model, speed, coefficients)
-                for speed in dict.fromkeys(auvs.speeds)
-            }
-        except ValueError as error:
-            name = "speeds_m_per_s" if auvs.speeds_m_per_s else "speed_m_per_s"
-            raise ValueError(f"auvs.{name}: {error}; ask for less") from None
-        return tuple(radius[speed] for speed in auvs.speeds)
+            try:
+                found[group, speed] = smallest_turn(
+                    vehicle.model, speed, dict(vehicle.coefficients)
+                )
+            except ValueError as error:
+                key = group.key("speed_m_per_s")
+                raise ValueError(f"{key}: {error}; ask for less") from None
+        return tuple(found[auv.group, auv.speed_m_per_s] for auv in self.auvs)
+
+    # The ways of the AUVs
 
     @fact
-    def route(self) -> RouteTraits:
-        """The route, its places in metres: that of a user-defined part as way points or tracks.
+    def routes(self) -> tuple[RouteTraits, ...]:
+        """The route of each wing, its places in metres: that of a user-defined part as way points
+        or tracks.
 
         Raises:
             PluginError: when a user-defined route is not allowed, cannot be used, or makes none.
             ValueError: when its places are in degrees, and the site is nowhere on Earth.
         """
-        route = self.scenario.auvs.route
+        return tuple(map(self.route_of, self.wings))
+
+    @property
+    def route(self) -> RouteTraits:
+        """The route of AUV0; that of all AUVs, unless groups have routes of their own."""
+        return next(
+            route for wing, route in zip(self.wings, self.routes, strict=True) if 0 in wing.members
+        )
+
+    def route_of(self, wing: Wing) -> RouteTraits:
+        """Return the route of a wing (as `routes`)."""
+        route = wing.asked
         if not isinstance(route, OwnRoute):
             return self._positioned(route)
         from .own_routes import own_route
 
-        return own_route(route.choice, self.plan_view, self.scenario.auvs.vehicle)
+        vehicle = self.auvs[wing.members[0]].group.vehicle
+        return own_route(route.choice, self._view(wing.members), vehicle)
 
     @fact
-    def plans(self) -> "tuple[FlightPlan, ...]":
+    def plans(self) -> "tuple[FlightPlan | None, ...]":
         """What each AUV is to fly (routes lawnmower and waypoints): its path, lanes and endless
-        tour.
+        tour; None for those that fly no path.
 
         Raises:
-            ValueError: when the route has no plan, or cannot be flown.
+            ValueError: when a route cannot be flown.
         """
-        from .flight_plans import Planner
-
-        scenario = self.scenario
-        return Planner(
-            scenario.auvs,
-            scenario.survey,
-            self.route,
-            self.area,
-            self.lanes_heading_rad,
-            self.turning_radii_m,
-        ).plans()
+        return self._planned(zip(self.wings, self.routes, strict=True))
 
     @fact
-    def lane_shares(self) -> "list[Share]":
-        """The lanes of each AUV, in the frame of the lanes' heading; none without lanes.
+    def plans_that_ship(self) -> "tuple[FlightPlan | None, ...]":
+        """The same, without those of user-defined routes, which are not asked."""
+        flown = [wing for wing in self.wings if wing.asked.is_flown]
+        if len(flown) == len(self.wings):
+            return self.plans
+        return self._planned((wing, self.route_of(wing)) for wing in flown)
+
+    def _planned(
+        self, wings: Iterable[tuple[Wing, RouteTraits]]
+    ) -> "tuple[FlightPlan | None, ...]":
+        from .flight_plans import Planner
+
+        planned: dict[int, FlightPlan] = {}
+        for wing, route in wings:
+            if route.is_flown:
+                planner = Planner(
+                    [self.auvs[auv] for auv in wing.members],
+                    route,
+                    self.area,
+                    self.lanes_heading_rad(wing),
+                    [self.turning_radii_m[auv] for auv in wing.members],
+                )
+                planned |= zip(wing.members, planner.plans(), strict=True)
+        return tuple(map(planned.get, range(len(self.auvs))))
+
+    @fact
+    def lane_shares(self) -> "dict[int, Share]":
+        """The lanes of each AUV that has such, in the frame of the lanes' heading.
 
         Raises:
             ValueError: when there are fewer lanes than AUVs that are to share them.
         """
         from .flight_plans import shares_of
 
-        lanes, auvs = self.scenario.auvs.route.lanes, self.scenario.auvs.count
-        return shares_of(self.area, self.lanes_heading_rad, lanes, auvs) if lanes else []
+        found: dict[int, Share] = {}
+        for wing in self.wings:
+            if (lanes := wing.asked.lanes) is not None:
+                shares = shares_of(self.area, self.lanes_heading_rad(wing), lanes, len(wing))
+                found |= zip(wing.members, shares, strict=True)
+        return found
 
     @fact
     def survey_end_s(self) -> "SurveyEnd":
@@ -310,40 +394,53 @@ class Site(Facts):
 
         Raises:
             ValueError: when a current leaves no headway, the survey takes longer than a mission
-                may, or the route has no plan.
+                may, or a route has no plan.
         """
         from .flight_plans import survey_end
 
-        return survey_end(self.scenario.auvs, self.scenario.environment, self.plans)
+        return survey_end(self.auvs, self.scenario.environment, self.plans)
 
     @fact
-    def flown_s(self) -> tuple[float, ...]:
-        """When (s) each AUV has flown its lanes, and is where it is recovered, if anywhere.
+    def flown_s(self) -> dict[int, float]:
+        """When (s) each AUV that flies any has flown its lanes, and is where it is recovered, if
+        anywhere.
 
         Raises:
             ValueError: when a current leaves no headway, or the route has no plan.
         """
         from .flight_plans import flown_s
 
-        return tuple(flown_s(self.scenario.auvs, self.scenario.environment, self.plans))
+        return flown_s(self.auvs, self.scenario.environment, self.plans)
 
     @fact
-    def auv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
-        """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None if they do not.
+    def auv_tracks(self) -> "tuple[RecordedTrack | None, ...]":
+        """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None for those that do
+        not.
 
         Raises:
             ValueError: naming key and remedy, when one cannot be read or is not in the mission.
         """
-        recording = self.route.recording
-        if recording is None:
-            return getattr(self.route, "tracks", None)
-        tracks = [self.auv_track(auv) for auv in range(len(recording.files))]
-        return self._within_the_mission(tracks, recording.time_offset_s, "auvs.route")
+        found: dict[int, RecordedTrack] = {}
+        for wing, route in zip(self.wings, self.routes, strict=True):
+            recording, tracks = route.recording, getattr(route, "tracks", ())
+            if recording is not None:
+                tracks = self._within_the_mission(
+                    [self.auv_track(wing, number) for number in range(len(recording.files))],
+                    recording.time_offset_s,
+                    wing.key,
+                )
+            if route.is_recorded:
+                found |= zip(wing.members, tracks, strict=False)
+        return tuple(map(found.get, range(len(self.auvs))))
 
     @fact
-    def held_places_m(self) -> tuple[Point, ...] | None:
-        """Where AUVs hold still, [x, y] in m; None if they do not."""
-        return tuple(place for (place,) in self.route.places) if self.route.is_held else None
+    def held_places_m(self) -> tuple[Point | None, ...]:
+        """Where AUVs hold still, [x, y] in m; None for those that do not."""
+        found: dict[int, Point] = {}
+        for wing, route in zip(self.wings, self.routes, strict=True):
+            if route.is_held:
+                found |= zip(wing.members, (place for (place,) in route.places), strict=False)
+        return tuple(map(found.get, range(len(self.auvs))))
 
     # Where the ASVs lie
 
@@ -407,12 +504,12 @@ class Site(Facts):
         return self._ring(self.scenario.acoustics.hf.range_m, 0.0)
 
     @fact
-    def nominal_route(self) -> RouteTraits:
-        """The route, for an estimate: lanes where a user-defined one cannot be asked."""
+    def nominal_routes(self) -> tuple[RouteTraits, ...]:
+        """The routes, for an estimate: lanes where a user-defined one cannot be asked."""
         try:
-            return self.route
+            return self.routes
         except PluginError:
-            return Lawnmower()
+            return (Lawnmower(),) * len(self.wings)
 
     @fact
     def are_steered(self) -> bool:
@@ -465,40 +562,45 @@ class Site(Facts):
     def _from_above(self, band: UplinkSection | Downlink) -> float:
         if band.range_metric == "horizontal":
             return band.range_m
-        return math.sqrt(max(band.range_m**2 - self.scenario.survey.deepest**2, 0.0))
+        return math.sqrt(max(band.range_m**2 - self.deepest_m**2, 0.0))
 
     @fact
     def plan_view(self) -> "PlanView":
-        """What a user-defined placement or route may know."""
+        """What a user-defined placement may know."""
+        return self._view(tuple(range(len(self.auvs))))
+
+    def _view(self, auvs: Sequence[int]) -> "PlanView":
+        """Return what a placement may know, or a route of some AUVs."""
         from .own_routes import PlanView
 
         scenario, area = self.scenario, self.area
         return PlanView(
-            auvs=scenario.auvs.count,
+            auvs=len(auvs),
             asvs=scenario.asvs.count,
             side=area.across,
-            depth=scenario.survey.deepest,
+            depth=max(self.auvs[auv].depth_m for auv in auvs),
             hf_range=scenario.acoustics.hf.range_m,
             mf_range=scenario.acoustics.mf.range_m,
-            speed=max(scenario.auvs.speeds),
-            turning_radius=max(self.turning_radii_m),
+            speed=max(self.auvs[auv].speed_m_per_s for auv in auvs),
+            turning_radius=max(self.turning_radii_m[auv] for auv in auvs),
             duration=scenario.duration_s,
             corners=area.outline,
         )
 
-    def auv_track(self, auv: int) -> "RecordedTrack":
-        """Return the track of a file that an AUV repeats (raises as `auv_tracks`)."""
+    def auv_track(self, wing: Wing, number: int) -> "RecordedTrack":
+        """Return the track of a file that an AUV of a wing repeats (raises as `auv_tracks`)."""
         from ..vehicles.tracks import read_track
 
-        route = self.scenario.auvs.route.recording
+        route = wing.asked.recording
         assert route is not None
-        file, which = route.sources[auv]
+        file, which = route.sources[number]
+        auv = wing.members[min(number, len(wing) - 1)]  # of files too many nobody asks the depth
         return read_track(
             file,
             route.time_offset_s,
             which=which,
             origin=self.ground,
-            depth_m=self.scenario.survey.depth(auv),
+            depth_m=self.auvs[auv].depth_m,
         )
 
     def asv_track(self, asv: int) -> "RecordedTrack":
@@ -551,14 +653,15 @@ class Site(Facts):
     @fact
     def some_tracks_lack_depths(self) -> bool:
         """Whether a track tells no depths, so that its AUV is at that of the survey."""
-        route = self.scenario.auvs.route.recording
-        if route is None:
+        recorded = [wing.asked.recording for wing in self.wings]
+        sources = [source for route in recorded if route is not None for source in route.sources]
+        if not sources:
             return False
         from ...models.charts.recordings import read_recording
 
         try:
             surface_m = self.scenario.environment.surface_m
-            found = [read_recording(*source, surface_m) for source in route.sources]
+            found = [read_recording(*source, surface_m) for source in sources]
         except ValueError:
             return False  # which is told where they are read
         return any(recording.lacks_depths for recording in found)

@@ -18,6 +18,7 @@ from .motion import PLACE, Motion, lines
 from .vehicle import Vehicle
 
 if TYPE_CHECKING:
+    from ..records.rows import Rows
     from .guidance.guided_fleet import GuidedFleet
     from .poses import Poses
     from .vehicle import Steered
@@ -116,7 +117,8 @@ class Failures(NamedTuple):
 class VehicleFleet:
     """All AUVs, or all ASVs: where each is at any instant.
 
-    Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on.
+    Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on,
+    by the `steering` of all: what fixes have put right (n, 2), m, and taught (n,).
     Nor has who is moved by an outside program: its `poses` are asked for as the mission goes on.
     Of the vehicles that fail, `failures` tell when; None where none does.
     Who is `steered` is told where to go as the mission goes on, but ahead of whoever looks.
@@ -124,7 +126,8 @@ class VehicleFleet:
 
     vehicles: Sequence[Vehicle]
     motion: Motion
-    guided: "GuidedFleet | None" = None
+    guided: "tuple[GuidedFleet, ...]" = ()
+    steering: "tuple[Floats, Rows] | None" = None
     poses: "Poses | None" = None
     failures: Failures | None = None
     steered: "Steered | None" = None
@@ -135,7 +138,7 @@ class VehicleFleet:
     @cached_property
     def foreseen(self) -> bool:
         """Whether the motion is known to the end, whatever happens in the mission."""
-        return self.guided is None and self.poses is None and self.steered is None
+        return not self.guided and self.poses is None and self.steered is None
 
     @cached_property
     def ways(self) -> FleetTracksCache:
@@ -175,7 +178,7 @@ class VehicleFleet:
 
     def advance(self, time: float) -> None:
         """Make the motion known up to an instant (s)."""
-        if self.guided is not None:
-            self.guided.advance(time)
+        for guided in self.guided:
+            guided.advance(time)
         if self.poses is not None:
             self.poses.advance(time)

@@ -34,18 +34,18 @@ PLACE, HEADINGS = slice(0, 4), slice(4, 6)
 class Motion(NamedTuple):
     """The motion of a fleet: vehicle v has the lines first[v] to first[v + 1] of the table.
 
-    `step` is the time (s) between the lines of logs; it is 0 for legs, which know their own.
+    steps[v] is the time (s) between the lines of a log; it is 0 for legs, which know their own.
     """
 
     table: Annotated[Floats, 2]
     first: Ints
-    step: float
+    steps: Floats
 
 
 def together(tables: Sequence[Floats]) -> Motion:
     """Return the motion of a fleet from the legs of its vehicles."""
     first = np.concatenate(([0], np.cumsum([len(table) for table in tables])))
-    return Motion(np.concatenate(tables), first.astype(np.int64), 0.0)
+    return Motion(np.concatenate(tables), first.astype(np.int64), np.zeros(len(tables)))
 
 
 def legs(rows: Floats) -> Floats:
@@ -232,9 +232,9 @@ def in_log(log: Floats, first: int, end: int, step: float, time: float) -> Heade
 @inlined
 def headed(motion: Motion, vehicle: int, time: float) -> Headed:
     """Return where a vehicle is at an instant (s), and the integrals of cos(yaw) and sin(yaw)."""
-    begin, end = motion.first[vehicle], motion.first[vehicle + 1]
-    if motion.step > 0.0:
-        return in_log(motion.table, begin, end, motion.step, time)
+    begin, end, step = motion.first[vehicle], motion.first[vehicle + 1], motion.steps[vehicle]
+    if step > 0.0:
+        return in_log(motion.table, begin, end, step, time)
     there, _ = _on_leg(motion.table, _leg_at(motion.table, begin, end, time), time)
     return there
 
@@ -250,11 +250,12 @@ def where(motion: Motion, vehicle: int, time: float) -> Place:
 def velocity(motion: Motion, vehicle: int, time: float) -> tuple[float, float, float]:
     """Return the velocity (m/s) of a vehicle along x, y and z at an instant (s)."""
     begin, end, table = motion.first[vehicle], motion.first[vehicle + 1], motion.table
-    if motion.step > 0.0:
-        line, share, _ = before(begin, end, motion.step, time)
-        _, u = read(table, line, share, motion.step, X)
-        _, v = read(table, line, share, motion.step, Y)
-        _, w = read(table, line, share, motion.step, Z)
+    step = motion.steps[vehicle]
+    if step > 0.0:
+        line, share, _ = before(begin, end, step, time)
+        _, u = read(table, line, share, step, X)
+        _, v = read(table, line, share, step, Y)
+        _, w = read(table, line, share, step, Z)
         return u, v, w
     leg = _leg_at(table, begin, end, time)
     (_, _, _, yaw, _, _), _ = _on_leg(table, leg, time)
@@ -267,15 +268,15 @@ def velocity(motion: Motion, vehicle: int, time: float) -> tuple[float, float, f
 
 
 @compiled
-def place_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> Place:
+def place_at(table: Floats, first: Ints, steps: Floats, vehicle: int, time: float) -> Place:
     """Return x, y, z (m) and yaw (rad) of a vehicle at an instant (s)."""
-    return where(Motion(table, first, step), vehicle, time)
+    return where(Motion(table, first, steps), vehicle, time)
 
 
 @compiled
-def distance_at(table: Floats, first: Ints, step: float, vehicle: int, time: float) -> float:
+def distance_at(table: Floats, first: Ints, steps: Floats, vehicle: int, time: float) -> float:
     """Return how far (m) a vehicle has travelled by an instant (s)."""
-    begin, end = first[vehicle], first[vehicle + 1]
+    begin, end, step = first[vehicle], first[vehicle + 1], steps[vehicle]
     if step > 0.0:
         line, share, past = before(begin, end, step, time)
         x, u = read(table, line, share, step, X)
@@ -293,27 +294,27 @@ def places(motion: Motion, time: float) -> Floats:
 
 
 @compiled
-def _places(table: Floats, first: Ints, step: float, time: float, out: Floats) -> None:
+def _places(table: Floats, first: Ints, steps: Floats, time: float, out: Floats) -> None:
     for vehicle in range(first.size - 1):
-        x, y, z, yaw = where(Motion(table, first, step), vehicle, time)
+        x, y, z, yaw = where(Motion(table, first, steps), vehicle, time)
         out[vehicle, 0], out[vehicle, 1], out[vehicle, 2], out[vehicle, 3] = x, y, z, yaw
 
 
-def lines(table: Floats, first: Ints, step: float, vehicle: int, times: Floats) -> Floats:
+def lines(table: Floats, first: Ints, steps: Floats, vehicle: int, times: Floats) -> Floats:
     """Return x, y, z (m), yaw (rad), the integrals of cos(yaw) and sin(yaw) (s), and these two,
     (n, 8), of a vehicle at n instants (s).
     """
     out = np.empty((times.size, 8))
-    _lines(table, first, step, vehicle, times, out)
+    _lines(table, first, steps, vehicle, times, out)
     return out
 
 
 @compiled
 def _lines(
-    table: Floats, first: Ints, step: float, vehicle: int, times: Floats, out: Floats
+    table: Floats, first: Ints, steps: Floats, vehicle: int, times: Floats, out: Floats
 ) -> None:
     known = cosine = sine = nan
-    begin, end = first[vehicle], first[vehicle + 1]
+    begin, end, step = first[vehicle], first[vehicle + 1], steps[vehicle]
     for k in range(times.size):
         if step > 0.0:
             x, y, z, yaw, ahead, aside = in_log(table, begin, end, step, times[k])

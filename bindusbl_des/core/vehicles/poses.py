@@ -241,7 +241,8 @@ class Poses:
         """Return the motion of a fleet; beyond the last instant asked for it is predicted."""
         log = self._logs[kind]
         ends = np.arange(len(log) + 1, dtype=np.int64) * self._lines
-        return Motion(log.reshape(-1, motion.COLUMNS), ends, self.step_s)
+        steps = np.full(len(log), self.step_s)
+        return Motion(log.reshape(-1, motion.COLUMNS), ends, steps)
 
     def advance(self, time: float) -> None:
         """Ask for all poses up to an instant (s): up to the first sample not before it.

@@ -150,6 +150,13 @@ class Wrong(NamedTuple):
     in_body: bool
     skews: Annotated[Rows, SKEW]
 
+    def of(self, whose: slice) -> "Wrong":
+        """Return that of some vehicles, in the same arrays."""
+        arrays = {
+            name: getattr(self, name)[whose] for name in ("walks", "biases", "offsets", "skews")
+        }
+        return self._replace(**arrays)
+
 
 def steady(walks: Floats, rate: float, bias: ArrayLike, in_body: bool) -> Wrong:
     """Return how wrong dead reckoning is whose bias, (2,) or (n, 2), m/s, never changes."""

@@ -56,27 +56,35 @@ class Sweep(NamedTuple):
 def sweep(
     area: Area,
     vehicles: Sequence[Vehicle],
-    swath: float,
+    swaths: Sequence[float | None],
     until: float,
     depths: Sequence[float] | None = None,
 ) -> Sweep | None:
-    """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m).
+    """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m) each, or
+    none.
 
     Cells lie along the longer side of the least rectangle about the survey.  Each is swept with its
     middle, so that the edge of what is swept is off by half a cell at most, and counts with what of
     the survey is in it.  Vehicles that come up sweep nothing above their `depths` (m).  None where
-    the survey is too large, or the ways too long, for cells that tell anything.
+    nobody has a swath, the survey is too large, or the ways are too long, for cells that tell
+    anything.
     """
+    wide = {number: swath for number, swath in enumerate(swaths) if swath is not None}
+    if not wide:
+        return None
+    sweeping, least = list(wide), min(wide.values())
+    vehicles = [vehicles[number] for number in sweeping]
+    depths = None if depths is None else [depths[number] for number in sweeping]
     turn = _axes(area)  # columns: along the cells' axes
     corners = np.asarray(area.outline) @ turn
     (x_min, y_min), (x_max, y_max) = corners.min(axis=0), corners.max(axis=0)
     ways = sum(vehicle.distance(until) for vehicle in vehicles)
     cell = max(
-        CELL * swath,
+        CELL * least,
         math.sqrt((x_max - x_min) * (y_max - y_min) / MOST_CELLS),
         ways / STEP / MOST_PLACES,
     )
-    if cell > COARSEST * swath:
+    if cell > COARSEST * least:
         return None
     # what is thinner than half a cell has one row of them along its middle
     x_min, y_min = (
@@ -90,8 +98,10 @@ def sweep(
     times, ends, begins, who = _passed(vehicles, STEP * cell, until, depths)
     # of all stretches, the first near each cell
     first = np.full((len(x), len(y)), len(times))
-    _look_around(first, ends @ turn, begins @ turn, x_min, y_min, cell, swath / 2)
-    at, by = np.append(times, np.inf)[first].ravel(), np.append(who, -1)[first].ravel()
+    halves = np.array([wide[number] / 2 for number in sweeping])[who]
+    _look_around(first, ends @ turn, begins @ turn, x_min, y_min, cell, halves)
+    who = np.append(np.array(sweeping)[who], -1)
+    at, by = np.append(times, np.inf)[first].ravel(), who[first].ravel()
     if area.is_rectangle:
         # no product of matrices: threads of BLAS wait for each other where the machine is busy
         along, across = (them.ravel() for them in np.meshgrid(x, y, indexing="ij"))
@@ -123,13 +133,15 @@ def _shares(
 
 @compiled
 def _look_around(
-    first: Ints, ends: Floats, begins: Floats, x_min: float, y_min: float, cell: float, half: float
-) -> None:
+    first: Ints, ends: Floats, begins: Floats, x_min: float, y_min: float, cell: float,
+    halves: Floats,
+) -> None:  # fmt: skip
     """Note for cells (k, l) from a corner on that have no stretch yet the first of stretches (n, 2)
-    that has a way within `half` a swath of their middle; all in m, along the axes of the cells.
+    that has a way within half a swath of its own, `halves` (n,), of their middle; all in m, along
+    the axes of the cells.
     """
-    reach, near = math.ceil(half / cell + STEP), (half * (1.0 + TOUCHING)) ** 2
     for k in range(len(ends)):
+        reach, near = math.ceil(halves[k] / cell + STEP), (halves[k] * (1.0 + TOUCHING)) ** 2
         x, y = ends[k, 0], ends[k, 1]
         back_x, back_y = begins[k, 0] - x, begins[k, 1] - y
         square = max(back_x**2 + back_y**2, 1e-12)

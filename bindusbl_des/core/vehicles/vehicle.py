@@ -93,7 +93,7 @@ class SegmentedTrajectory(Vehicle):
     """
 
     def __init__(self, legs: Floats, *, planned: bool = True) -> None:
-        super().__init__(Motion(legs, np.array([0, len(legs)]), 0.0), 0)
+        super().__init__(Motion(legs, np.array([0, len(legs)]), np.zeros(1)), 0)
         self.legs, self._planned = legs, planned
 
     def path_error(self, times: Floats) -> Floats:
@@ -178,7 +178,7 @@ class Steered:
         for table, (x, y) in zip(self._tables, places, strict=True):
             table[0] = motion.legs(np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]))[0]
         first = np.arange(count + 1, dtype=np.int64) * lines
-        self.motion = Motion(self._tables.reshape(-1, LEG_COLUMNS), first, 0.0)
+        self.motion = Motion(self._tables.reshape(-1, LEG_COLUMNS), first, np.zeros(count))
         self.vehicles: Sequence[SegmentedTrajectory] = [
             SegmentedTrajectory(table, planned=False) for table in self._tables
         ]

@@ -288,7 +288,7 @@ class ExperimentPlan:
         self.plugins: dict[str, tuple[Family[Any], PartChoice]] = {}
         for number, point in enumerate(experiment.points):
             mission = experiment.scenario(number)
-            for family, name in parts_of(mission):
+            for _, family, name in parts_of(mission):
                 if is_plugin(name):
                     self.plugins[f"{family.key}={_canonical(name.plain())}"] = family, name
                     if str(name) not in self.own_parts:

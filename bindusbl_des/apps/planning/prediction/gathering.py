@@ -29,6 +29,7 @@ from .inputs import (
     DriftSource,
     FixNoise,
     Inputs,
+    OtherDrift,
     PlannedWays,
     PredictedNavigator,
     SlotLengths,
@@ -62,8 +63,8 @@ def inputs_of(setup: Setup) -> Inputs:
                 f"protocol.{key}: what AUVs send behind a broadcast, and what it brings them, is "
                 "not predicted; simulate it"
             )
-    route, has_gnss = scenario.auvs.route, scenario.navigation.gnss_fix is not None
-    if has_gnss and route.surfacing is not None:
+    rises = any(wing.asked.surfacing is not None for wing in setup.wings)
+    if rises and scenario.navigation.gnss_fix is not None:
         raise ValueError(
             "navigation.gnss_fix: what AUVs gain that come up to fix is not predicted; simulate it"
         )
@@ -82,6 +83,7 @@ def inputs_of(setup: Setup) -> Inputs:
         _access(setup),
         _navigator(setup),
         tuple(approximations(setup)),
+        tuple(_others(setup)),
     )
 
 
@@ -89,11 +91,11 @@ def approximations(setup: Setup) -> Iterator[str]:
     """Yield sentences on what of a scenario is predicted by something else, or left out."""
     scenario = setup.scenario
     for key, name in scenario.plugins.items():
-        if key not in ("asvs.formation", "auvs.route"):
+        if not key.endswith((".formation", ".route")):
             yield f"{key} {name} is taken for the part that ships with the program."
     if taken := setup.schedule.approximation:
         yield f"{scenario.protocol.schedule} {taken}"
-    if scenario.auvs.vehicle.has_dynamics:
+    if any(group.vehicle.has_dynamics for group in setup.groups):
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
     if scenario.asvs.vehicle.is_steered:
         yield "ASVs are taken to keep their stations exactly."
@@ -136,10 +138,10 @@ def approximations(setup: Setup) -> Iterator[str]:
     if scenario.navigation.filter.settings.get("range_rate"):
         yield "Range rates are left out: errors may be somewhat smaller than predicted."
     open_ended = not all(band.traits.ends_at_range for band in bands)
-    if len(set(map(scenario.survey.depth, range(scenario.auvs.count)))) > 1 and open_ended:
+    if len({auv.depth_m for auv in setup.auvs}) > 1 and open_ended:
         yield (
             f"All AUVs are taken to be heard, and to hear, as well as the deepest, from "
-            f"{plain(scenario.survey.deepest)} m."
+            f"{plain(setup.deepest_m)} m."
         )
     if any(band.traits.by_link for band in bands):
         yield (
@@ -162,7 +164,7 @@ def approximations(setup: Setup) -> Iterator[str]:
             "GNSS fixes at the surface are left out: where AUVs have them, errors and ages are "
             "smaller than predicted."
         )
-    if getattr(scenario.auvs.route, "surface_every_s", None) is not None:
+    if any(wing.asked.surfacing is not None for wing in setup.wings):
         yield "AUVs that come up are taken to stay at their depth, seen from above where they are."
     if scenario.usbl.outlier_share:
         yield "Outliers of the fixes are left out."
@@ -182,7 +184,7 @@ class _Plan:
 
     def __init__(self, setup: Setup) -> None:
         self.setup, scenario = setup, setup.scenario
-        water = scenario.environment.origin, setup.route
+        water = scenario.environment.origin, setup.routes
         self.key: tuple[Any, ...] = (scenario.survey, scenario.auvs, scenario.duration_s, *water)
 
     def __hash__(self) -> int:
@@ -213,7 +215,7 @@ def _ways(plan: _Plan) -> PlannedWays:
         times,
         np.stack([vehicle.sample(times)[:, :2] for vehicle in vehicles]),
         np.stack([vehicle.heading_integral(times) for vehicle in vehicles]),
-        np.array([scenario.survey.depth(auv) for auv in range(len(vehicles))]),
+        np.array([auv.depth_m for auv in plan.setup.auvs]),
     )
 
 
@@ -236,32 +238,46 @@ def _systematic_errors(setup: Setup) -> SystematicErrors:
 def _navigator(setup: Setup) -> PredictedNavigator:
     """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
     scenario = setup.scenario
-    navigation, sensors = scenario.navigation, setup.own_sensors
+    navigation = scenario.navigation
     own = navigation.filter.is_own
     name = NAVIGATOR if own else str(navigation.filter)
-    first, growth = setup.beliefs
-    assumed = [sqrt(first.covariance[k, k]) for k in range(len(first.state))]
-    sources = [
-        *_bias(setup, (assumed[2], assumed[3])),
-        *_current(scenario, assumed[4], growth.wander),
-        *_wandering(setup, assumed[growth.wandering] if growth.wandering else 0.0),
-        *_skew(setup, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
-    ]
+    first, _ = setup.beliefs
     return PredictedNavigator(
         name,
         families.NAVIGATOR.traits[name],
         navigation.fixed_gain.gain,
         navigation.weighs or own or navigation.fixed_gain.delay_compensation == "shift",
         navigation.initial_position_sd_m,
-        assumed[0],
-        sensors.random_walk_m_per_sqrt_s**2,
-        growth.walk,
-        tuple(sources),
+        sqrt(first.covariances[0, 0, 0]),
+        *_drift(setup, 0),
     )
 
 
-def _bias(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
-    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
+def _others(setup: Setup) -> Iterator[OtherDrift]:
+    """Yield the dead reckoning of AUVs that errs by something else than AUV0's."""
+    for sensors in dict.fromkeys(setup.sensors):
+        members = tuple(auv for auv, own in enumerate(setup.sensors) if own == sensors)
+        if members[0] != 0:
+            yield OtherDrift(members, *_drift(setup, members[0]))
+
+
+def _drift(setup: Setup, auv: int) -> tuple[float, float, tuple[DriftSource, ...]]:
+    """Return the random walk of an AUV's dead reckoning (m2/s), as it is and as its filter is told,
+    and its sources of drift.
+    """
+    sensors, (first, growth) = setup.sensors[auv], setup.beliefs
+    assumed = [sqrt(first.covariances[auv, k, k]) for k in range(first.states.shape[1])]
+    sources = (
+        *_bias(setup, auv, (assumed[2], assumed[3])),
+        *_current(setup.scenario, assumed[4], growth.wander),
+        *_wandering(setup, auv, assumed[growth.wandering] if growth.wandering else 0.0),
+        *_skew(setup, auv, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
+    )
+    return sensors.random_walk_m_per_sqrt_s**2, float(growth.walks[auv]), sources
+
+
+def _bias(setup: Setup, auv: int, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors, frame = setup.sensors[auv], setup.scenario.navigation.bias_frame
     drawn = 0.0 if sensors.bias_time_constant_s is not None else sensors.bias_sd_m_per_s
     mean = sensors.bias_m_per_s
     if not any((*mean, drawn, *assumed)):
@@ -281,19 +297,19 @@ def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSou
     return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
 
 
-def _wandering(setup: Setup, assumed: float) -> list[DriftSource]:
-    sensors, frame = setup.own_sensors, setup.scenario.navigation.bias_frame
+def _wandering(setup: Setup, auv: int, assumed: float) -> list[DriftSource]:
+    sensors, frame = setup.sensors[auv], setup.scenario.navigation.bias_frame
     lasts = sensors.bias_time_constant_s
     sd = 0.0 if lasts is None else sensors.bias_sd_m_per_s
     if not sd:
-        lasts = setup.taken.own_sensors.bias_time_constant_s
+        lasts = setup.taken.sensors[auv].bias_time_constant_s
     if not (sd or assumed):
         return []
     return [DriftSource(frame, (0.0, 0.0), (sd, sd), (assumed, assumed), lasts)]
 
 
-def _skew(setup: Setup, assumed: tuple[float, float]) -> list[DriftSource]:
-    sensors = setup.own_sensors
+def _skew(setup: Setup, auv: int, assumed: tuple[float, float]) -> list[DriftSource]:
+    sensors = setup.sensors[auv]
     turned = radians(sensors.heading_sd_deg)
     if not (sensors.scale_factor_sd or turned or any(assumed)):
         return []
@@ -323,7 +339,7 @@ def _slots(setup: Setup) -> SlotLengths:
         slots.uplink_guard,
         slots.shortest_uplink,
         slots.uplink_slot if own else _usual_slot(setup, slots),
-        scenario.survey.deepest,
+        setup.deepest_m,
         setup.assumed_sound_speed_m_per_s,
         clock.rate,
         slots.answer,
@@ -390,7 +406,7 @@ def hf_chances(setup: Setup) -> Chances:
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
     is_cut = hf.traits.ends_at_range or not hf.by_place
-    chances = ping_chance(setup, ranges, scenario.survey.deepest)
+    chances = ping_chance(setup, ranges, setup.deepest_m)
     if chances is None:
         chances = 1.0 - setup.ping_loss.over(ranges)
     kept = _threshold(setup, "hf", None if is_cut else setup.ping_channel)
@@ -403,7 +419,7 @@ def mf_chances(setup: Setup) -> Chances:
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
     is_cut = mf.traits.ends_at_range or not mf.by_place
     ranges = np.linspace(0.0, farthest, STEPS + 1)
-    chances = frame_chance(setup, ranges, scenario.survey.deepest)
+    chances = frame_chance(setup, ranges, setup.deepest_m)
     if chances is None:
         chances = np.ones(len(ranges))
     channel = None if is_cut else setup.frame_channel
@@ -431,13 +447,13 @@ def fix_noise(setup: Setup) -> FixNoise:
     """
     scenario = setup.scenario
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
-    survey, count = scenario.survey, scenario.auvs.count
     hf = scenario.acoustics.hf
     channel = setup.ping_channel if hf.by_place else None
     rows: dict[float, Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
     whole, white = (replace(setup.usbl, slow_share=share) for share in shares)
-    for depth in {survey.depth(auv) for auv in range(count)}:
+    depths = [auv.depth_m for auv in setup.auvs]
+    for depth in set(depths):
         snr = np.full(len(away), math.nan)
         if channel is not None:
             asked = between(0.0, *below(np.hypot(away, depth), depth), hf.range_m, calling=False)
@@ -450,7 +466,7 @@ def fix_noise(setup: Setup) -> FixNoise:
         level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
         slow = np.clip(1.0 - (rest[:, 0] + rest[:, 1]) / level, 0.0, 1.0)
         rows[depth] = np.column_stack((found, slow))
-    own = np.stack([rows[survey.depth(auv)] for auv in range(count)])
+    own = np.stack([rows[depth] for depth in depths])
     step = farthest / STEPS
     return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(5)))
 
@@ -466,6 +482,5 @@ def _moved_m2(setup: Setup) -> float:
         return -1.0
     lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
     if scenario.navigation.weighs:
-        return setup.own_sensors.random_walk_m_per_sqrt_s**2 * lasts
-    speed = 0.0 if scenario.auvs.route.is_held else max(scenario.auvs.speeds)
-    return (speed * lasts) ** 2 / 2
+        return max(own.random_walk_m_per_sqrt_s for own in setup.sensors) ** 2 * lasts
+    return (max(setup.planned_speeds_m_per_s) * lasts) ** 2 / 2

@@ -6,7 +6,7 @@ predict the same, in whatever language.  How far predictions are from simulation
 (docs/planning.md, Predicted error).
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -200,11 +200,28 @@ class PredictedNavigator:
     sources: tuple[DriftSource, ...]
 
 
+# How wrong dead reckoning is, of a navigator
+DRIFTS = "walk_m2_per_s", "assumed_walk_m2_per_s", "sources"
+
+
+@dataclass(frozen=True)
+class OtherDrift:
+    """The dead reckoning of AUVs, by their numbers, that errs by something else than AUV0's, as of
+    :class:`PredictedNavigator`.
+    """
+
+    members: tuple[int, ...]
+    walk_m2_per_s: float
+    assumed_walk_m2_per_s: float
+    sources: tuple[DriftSource, ...]
+
+
 @dataclass(frozen=True)
 class Inputs:
     """All that a prediction is made of but for the stations of the ASVs.
 
-    `approximations` are sentences on what the prediction leaves out of the scenario.
+    `navigator` is that of AUV0, and of all AUVs but the `others`.  `approximations` are sentences
+    on what the prediction leaves out of the scenario.
     """
 
     duration_s: float
@@ -217,6 +234,18 @@ class Inputs:
     access: AccessPlan
     navigator: PredictedNavigator
     approximations: tuple[str, ...] = ()
+    others: tuple[OtherDrift, ...] = ()
+
+    @property
+    def navigators(self) -> list[tuple[list[int], PredictedNavigator]]:
+        """How AUVs navigate, by their numbers."""
+        found = []
+        for own in self.others:
+            drift = {name: getattr(own, name) for name in DRIFTS}
+            found.append((list(own.members), replace(self.navigator, **drift)))
+        told = {auv for members, _ in found for auv in members}
+        rest = [auv for auv in range(len(self.ways.depths_m)) if auv not in told]
+        return [(rest, self.navigator), *found]
 
     def plain(self) -> dict[str, Any]:
         """Return the same as plain data, as JSON can have it: nested names, lists and numbers."""

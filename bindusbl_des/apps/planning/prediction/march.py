@@ -16,7 +16,7 @@ from ....core.navigation.fix_update import WEIGHED, joseph, write_gain
 from ....support.arrays import Floats, Ints
 from ....support.compiled import compiled, inlined
 from .drift import FRAMES, NOT_AT_ALL, Drifts, DriftState, carry, moment_at
-from .inputs import DriftSource, Inputs
+from .inputs import DriftSource, Inputs, PredictedNavigator
 from .rounds import Turns
 from .sights import Fixes
 
@@ -103,21 +103,52 @@ class MarchedWays(NamedTuple):
 
 def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     """Return the errors of all AUVs by what they may expect of the rounds."""
-    navigator, ways = inputs.navigator, inputs.ways
-    drifts, begin = drifts_of(inputs)
+    found = [
+        _errors_of(inputs, navigator, *_of(members, inputs, turns, fixes))
+        for members, navigator in inputs.navigators
+    ]
+    if len(found) == 1:
+        return found[0]
+    order = np.argsort([auv for members, _ in inputs.navigators for auv in members])
+    return Errors(*(np.concatenate(parts)[order] for parts in zip(*found, strict=True)))
+
+
+# What turns are of each AUV
+OF_EACH = tuple(name for name in Turns._fields if name != "many")
+
+
+def _of(
+    members: list[int], inputs: Inputs, turns: Turns, fixes: Fixes
+) -> tuple[MarchedWays, Turns, Fixes]:
+    """Return the ways, turns and fixes of some AUVs."""
+    ways = inputs.ways
+    own = MarchedWays(float(ways.times_s[1]), ways.places_m, ways.headings_s)
+    if len(members) == len(ways.depths_m):
+        return own, turns, fixes
+    return (
+        own._replace(places=own.places[members], headings=own.headings[members]),
+        turns._replace(**{name: getattr(turns, name)[members] for name in OF_EACH}),
+        Fixes(*(part[members] for part in fixes)),
+    )
+
+
+def _errors_of(
+    inputs: Inputs, navigator: PredictedNavigator, ways: MarchedWays, turns: Turns, fixes: Fixes
+) -> Errors:
+    """Return the errors of AUVs that navigate alike."""
+    drifts, begin = drifts_of(inputs, navigator)
     gain = 0.0 if navigator.kind.ignores_fixes else WEIGHED
     if navigator.kind.has_gain:
         gain = navigator.gain
-    own = MarchedWays(float(ways.times_s[1]), ways.places_m, ways.headings_s)
-    return Errors(*_march(own, turns, fixes, gain, navigator.at_ping, drifts, begin))
+    return Errors(*_march(ways, turns, fixes, gain, navigator.at_ping, drifts, begin))
 
 
-def drifts_of(inputs: Inputs) -> tuple[Drifts, DriftState]:
+def drifts_of(inputs: Inputs, navigator: PredictedNavigator) -> tuple[Drifts, DriftState]:
     """Return what makes errors grow, and what they are at the start.
 
     What fixes have in common is two numbers without a unit, of which a fix has some metres.
     """
-    navigator, systematic = inputs.navigator, inputs.systematic
+    systematic = inputs.systematic
     sources, frames = navigator.sources, [FRAMES[own.frame] for own in navigator.sources]
     if not systematic.is_none:
         assumed = (1.0, 1.0) if systematic.is_estimated else (0.0, 0.0)
@@ -291,11 +322,9 @@ def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turn
         navigator,
         start_sd_m=ANYWHERE_M,
         assumed_start_sd_m=ANYWHERE_M,
-        sources=tuple(
-            replace(source, mean=(0.0, 0.0), drawn_sd=source.assumed_sd)
-            for source in navigator.sources
-        ),
+        sources=_unknown(navigator.sources),
     )
+    others = tuple(replace(own, sources=_unknown(own.sources)) for own in inputs.others)
     pinged = end - turns.pinged_s[:, ::-1]
     turned = turns._replace(
         pinged_s=pinged,
@@ -305,7 +334,12 @@ def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turn
         kind=np.ascontiguousarray(turns.kind[:, ::-1]),
     )
     own = Fixes(*(np.ascontiguousarray(part[:, ::-1]) for part in fixes))
-    return replace(inputs, ways=way, navigator=unknown), turned, own
+    return replace(inputs, ways=way, navigator=unknown, others=others), turned, own
+
+
+def _unknown(sources: tuple[DriftSource, ...]) -> tuple[DriftSource, ...]:
+    """Return sources of drift of which nothing is known at first but how large they may be."""
+    return tuple(replace(source, mean=(0.0, 0.0), drawn_sd=source.assumed_sd) for source in sources)
 
 
 def _second_moments(errors: Errors) -> Floats:

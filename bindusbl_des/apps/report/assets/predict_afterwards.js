@@ -27,11 +27,12 @@ function backwards(inputs, turns, fixes) {
   const { ways, navigator, duration_s } = inputs, auvs = ways.depths_m.length, instants = ways.times_s.length;
   const headings = reversed(flat(ways.headings_s), auvs, 2), ends = flat(ways.headings_s);
   for (let i = 0; i < headings.length; i++) headings[i] = ends[2 * (Math.floor(i / 2 / instants) * instants + instants - 1) + i % 2] - headings[i];
-  const sources = navigator.sources.map((it) => ({ ...it, mean: [0, 0], drawn_sd: it.assumed_sd }));
-  const unknown = { ...navigator, start_sd_m: ANYWHERE_M, assumed_start_sd_m: ANYWHERE_M, sources };
+  const open = ({ sources }) => sources.map((it) => ({ ...it, mean: [0, 0], drawn_sd: it.assumed_sd }));
+  const unknown = { ...navigator, start_sd_m: ANYWHERE_M, assumed_start_sd_m: ANYWHERE_M, sources: open(navigator) };
+  const others = inputs.others.map((it) => ({ ...it, sources: open(it) }));
   const pinged = reversed(turns.pinged, auvs, 1).map((it) => duration_s - it), turn = (values, width = 1) => reversed(values, auvs, width);
   return [
-    { ...inputs, ways: { ...ways, places_m: turn(flat(ways.places_m), 2), headings_s: headings }, navigator: unknown },
+    { ...inputs, ways: { ...ways, places_m: turn(flat(ways.places_m), 2), headings_s: headings }, navigator: unknown, others },
     { ...turns, pinged, told: pinged, chance: turn(turns.chance), late: turn(turns.late).map((it) => instants - 1 - it), kind: turn(turns.kind) },
     { ...fixes, noise: turn(fixes.noise, 3 * fixes.kinds), lasts: turn(fixes.lasts, 3 * fixes.kinds), rate: turn(fixes.rate, fixes.kinds) },
   ];

@@ -233,13 +233,14 @@ class March {
 // The errors of all AUVs at the instants of their ways: true mean (x, y) and covariance (xx, yy, xy),
 // and how much their squares are correlated with those at anchors before, numbered by `since`.
 function errorsOf(inputs, { rounds, pinged, told, chance, late, kind, many }, fixes) {
-  const march = new March(inputs), { instants, step, size } = march, places = flat(inputs.ways.places_m), headings = flat(inputs.ways.headings_s);
+  const { instants, step } = new March(inputs), places = flat(inputs.ways.places_m), headings = flat(inputs.ways.headings_s);
   const auvs = inputs.ways.depths_m.length, means = new Float64Array(2 * auvs * instants), spreads = new Float64Array(3 * auvs * instants);
   const alike = new Float64Array(auvs * ANCHORS * instants), since = new Int32Array(auvs * ANCHORS).fill(-1);
-  const ahead = { ...march.start(), believed: null }, last = march.sources[march.sources.length - 1];
   let [known, then, here] = [0, 1, 2].map(() => new Float64Array(5));
   for (let auv = 0; auv < auvs; auv++) {
-    const state = march.start();
+    const other = inputs.others.find(({ members }) => members.includes(auv)), navigator = { ...inputs.navigator, ...other };
+    const march = new March({ ...inputs, navigator }), { size } = march, state = march.start();
+    const ahead = { ...march.start(), believed: null }, last = march.sources[march.sources.length - 1];
     march.moment(0, places, headings, auv, known);
     for (let turn = 0, next = 0, anchors = 0; turn <= rounds; turn++) {
       const i = auv * rounds + turn;

@@ -15,7 +15,6 @@ from ...records.rows import EventBuffer
 from ...scenario.families import PLACEMENT
 from ...scenario.own_routes import own_placement
 from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
-from ...scenario.sections.vehicles import Auvs
 from ...scenario.site import Site
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.vehicle import Steered
@@ -125,7 +124,7 @@ def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: 
     placed = asvs.formation.replanned
     mover: Mover
     if placed is not None:
-        mover = _shipped(placed, site.scenario.auvs)
+        mover = _shipped(placed, site)
         pace = Pace(placed.speed_m_per_s, placed.replan_s)
     else:
         own = own_placement(asvs.formation.choice, site.plan_view)  # new, since it may have state
@@ -142,21 +141,20 @@ def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: 
     return Anchors(site, mover, pace, prediction, known, room.lead_s)
 
 
-def _shipped(placement: Placed, auvs: Auvs) -> Mover:
-    """Return a new instance of a placement that ships, for some AUVs."""
+def _shipped(placement: Placed, site: Site) -> Mover:
+    """Return a placement that ships, made anew."""
     match placement:
         case Follow(horizon_s=horizon, hysteresis=share):
             return follow.FollowPlacement(horizon_s=horizon, hysteresis=share)
         case Assign(horizon_s=horizon, hysteresis=share):
             return assign.AssignPlacement(horizon_s=horizon, hysteresis=share)
         case Zigzag():
-            still = auvs.route.is_held
             return zigzag.ZigzagPlacement(
                 amplitude_m=placement.amplitude_m,
                 period_s=placement.period_s,
                 hysteresis=placement.hysteresis,
                 replan_s=placement.replan_s,
-                auv_speed=0.0 if still else max(auvs.speeds),
+                auv_speed=max(site.planned_speeds_m_per_s),
             )
     raise AssertionError(placement)
 

@@ -345,7 +345,7 @@ def acoustics_problems(site: Site) -> Iterator[Problem]:
 def _channels(site: Site) -> Iterator[Problem]:
     for band in ("hf", "mf"):
         channel = site.scenario.acoustics.bands[band].channel
-        for setting, message in _bottom_mistakes(channel, site.scenario.survey.deepest):
+        for setting, message in _bottom_mistakes(channel, site.deepest_m):
             yield Problem(
                 f"acoustics.{band}.channel.{setting}",
                 message,

@@ -6,8 +6,10 @@ from math import dist
 
 from ....support.mistakes import Problem
 from ...geometry.lanes import SHORTEST_LANE, lane_count
+from ..groups import Wing
 from ..key_types import Position
 from ..sections.placements import Formation
+from ..sections.routes import Lawnmower
 from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure
 from ..site import Site
@@ -53,81 +55,111 @@ def _shape(site: Site) -> Iterator[Problem]:
 def _fleet(site: Site) -> Iterator[Problem]:
     """Yield lists of what each AUV has that do not fit the number of AUVs."""
     auvs, survey = site.scenario.auvs, site.scenario.survey
-    for name, given, what in (
-        ("survey.depths_m", survey.depths_m, "depth"),
-        ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed"),
-        ("auvs.ping_late_s", auvs.ping_late_s, "time"),
-        ("auvs.launch_m", auvs.launch_m, "[x, y]"),
-        ("auvs.recovery_m", auvs.recovery_m, "[x, y]"),
-    ):
+    grouped = sum(group.count for group in auvs.groups)
+    if auvs.groups and grouped != auvs.count:
+        counts = " + ".join(str(group.count) for group in auvs.groups)
+        yield Problem(
+            "auvs.count",
+            f"is {auvs.count}, and groups are of {counts} = {grouped} AUVs; remove it, or have "
+            "them add up",
+            ("auvs.groups",),
+        )
+    listed: list[tuple[str, Sequence[object] | None, str, int, str]] = [
+        ("survey.depths_m", survey.depths_m, "depth", auvs.count, ""),
+        ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed", auvs.count, ""),
+        ("auvs.ping_late_s", auvs.ping_late_s, "time", auvs.count, ""),
+    ]
+    for name, what in (("launch_m", "[x, y]"), ("recovery_m", "[x, y]")):
+        listed.append((f"auvs.{name}", getattr(auvs, name), what, auvs.count, ""))
+        for number, group in enumerate(auvs.groups):
+            key = f"auvs.groups.{number}.{name}"
+            listed.append((key, getattr(group, name), what, group.count, " of the group"))
+    for name, given, what, count, words in listed:
         alone = what == "[x, y]" and given is not None and len(given) == 1
-        if given is not None and len(given) != auvs.count and not alone:
+        if given is not None and len(given) != count and not alone:
             yield Problem(
                 name,
-                f"needs one {what} per AUV{', or one for all' if what == '[x, y]' else ''}: "
-                f"{auvs.count} expected, {len(given)} given",
-                ("auvs.count",),
+                f"needs one {what} per AUV{words}{', or one for all' if what == '[x, y]' else ''}: "
+                f"{count} expected, {len(given)} given",
+                ("auvs.count", "auvs.groups"),
             )
 
 
 def _lanes(site: Site) -> Iterator[Problem]:
     """Yield why the survey cannot be swept in lanes as asked for."""
-    auvs, route = site.scenario.auvs, site.scenario.auvs.route.lanes
-    if route is None:
-        return
-    area, shape = site.area, f"survey.{site.scenario.survey.shapes[0]}"
-    box = area.along(site.lanes_heading_rad).box
+    for wing in site.wings:
+        if wing.asked.lanes is not None:
+            yield from _ruled(site, wing, wing.asked.lanes)
+
+
+def _ruled(site: Site, wing: Wing, route: Lawnmower) -> Iterator[Problem]:
+    area, shape, many = site.area, f"survey.{site.scenario.survey.shapes[0]}", len(wing)
+    box = area.along(site.lanes_heading_rad(wing)).box
     spacing, across = route.lane_spacing_m, box.y_max - box.y_min
     if across / spacing > MOST_LANES:
         yield Problem(
-            "auvs.route.lane_spacing_m",
+            f"{wing.key}.lane_spacing_m",
             f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
-            (shape, "auvs.route.kind"),
+            (shape, f"{wing.key}.kind"),
         )
-    elif route.division == "equal_length" and lane_count(across, spacing) < auvs.count:
+    elif route.division == "equal_length" and lane_count(across, spacing) < many:
         yield Problem(
-            "auvs.route.division",
-            f"shares {lane_count(across, spacing)} lanes out among {auvs.count} AUVs, of which "
-            f"each needs one; use a spacing of {across / auvs.count:.4g} m or less, fewer AUVs, or "
+            f"{wing.key}.division",
+            f"shares {lane_count(across, spacing)} lanes out among {many} AUVs, of which "
+            f"each needs one; use a spacing of {across / many:.4g} m or less, fewer AUVs, or "
             "strips",
-            ("auvs.route.lane_spacing_m", "auvs.count", shape),
+            (f"{wing.key}.lane_spacing_m", "auvs.count", shape),
         )
     margin = spacing / 2 if route.end_margin_m is None else route.end_margin_m
     along = box.x_max - box.x_min
     if along - 2 * margin < SHORTEST_LANE:
         yield Problem(
-            f"auvs.route.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
+            f"{wing.key}.{'lane_spacing_m' if route.end_margin_m is None else 'end_margin_m'}",
             f"leaves no lane: margins of 2 x {margin:g} m fill the "
             f"{'side' if area.side else 'length'} of {along:g} m; use a smaller one",
-            (shape, "auvs.route.kind"),
+            (shape, f"{wing.key}.kind"),
         )
-    if not auvs.vehicle.has_dynamics and 2 * auvs.turning_radius_m > area.across:
-        yield Problem(
-            "auvs.vehicle.turning_radius_m",
-            f"a turn of {auvs.turning_radius_m:g} m radius does not fit a survey of {area.words}; "
-            f"use at most {area.across / 2:g}",
-            (shape, "auvs.vehicle", "auvs.route.kind"),
-        )
+    for group in dict.fromkeys(site.auvs[auv].group for auv in wing.members):
+        radius, hull = group.turning_radius_m, group.key("vehicle")
+        if not group.vehicle.has_dynamics and 2 * radius > area.across:
+            yield Problem(
+                f"{hull}.turning_radius_m",
+                f"a turn of {radius:g} m radius does not fit a survey of {area.words}; "
+                f"use at most {area.across / 2:g}",
+                (shape, hull, f"{wing.key}.kind"),
+            )
 
 
 def vehicles_problems(site: Site) -> Iterator[Problem]:
     """Yield vehicles that routes, feedback or currents ask too much of."""
-    auvs, asvs, water = site.scenario.auvs, site.scenario.asvs, site.scenario.environment
-    route = auvs.route
-    if auvs.vehicle.is_steered and (route.is_held or route.is_recorded):
-        yield Problem(
-            "auvs.vehicle",
-            f"{auvs.vehicle} flies paths; with a {route.choice} route use kinematic",
-            ("auvs.route.kind",),
-        )
-    if auvs.feedback == "estimate" and not auvs.vehicle.has_dynamics:
-        yield Problem(
-            "auvs.feedback",
-            f"a {auvs.vehicle} vehicle does not steer; use truth, or vehicle bluerov2 or remus100",
-            ("auvs.vehicle",),
-        )
+    asvs, water, hulls = site.scenario.asvs, site.scenario.environment, list[str]()
+    for group in site.groups:
+        vehicle, hull = group.vehicle, group.key("vehicle")
+        route = group.route
+        hulls.append(hull)
+        if vehicle.is_steered and (route.is_held or route.is_recorded):
+            yield Problem(
+                hull,
+                f"{vehicle} flies paths; with a {route.choice} route use kinematic",
+                (f"{group.key('route')}.kind",),
+            )
+        if group.by_estimate and not vehicle.has_dynamics:
+            yield Problem(
+                group.key("feedback"),
+                f"a {vehicle} vehicle does not steer; use truth, or vehicle bluerov2 or remus100",
+                (hull,),
+            )
+    for name in ("heading_sd_deg", "drift") if site.scenario.protocol.asvs_ping else ():
+        said = {getattr(group.navigation, name): group for group in site.groups}
+        if len(said) > 1:
+            yield Problem(
+                list(said.values())[-1].key(name),
+                "is to be the same in all groups with passive ranging, where the compass of an AUV "
+                f"turns what its array sees; say it of all AUVs, in navigation.{name}",
+                ("protocol.ranging",),
+            )
     flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
-    feels = auvs.vehicle.is_steered or asvs.vehicle.is_steered
+    feels = any(group.vehicle.is_steered for group in site.groups) or asvs.vehicle.is_steered
     if flows and not feels and site.scenario.navigation.velocity == "over_ground":
         yield Problem(
             "environment.current_m_per_s",
@@ -136,7 +168,7 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
             "their way over ground, or use a vehicle with dynamics (remus100, bluerov2), which "
             "steers against it; for AUVs whose log measures through the water set "
             "navigation.velocity to through_water",
-            ("auvs.vehicle", "asvs.vehicle", "navigation.velocity"),
+            (*dict.fromkeys(hulls), "asvs.vehicle", "navigation.velocity"),
         )
 
 
@@ -167,9 +199,11 @@ def _in_degrees(
     """Yield each key in degrees, the one in metres beside it, and whether that is given as well;
     and the positions, each with the key of its own.
     """
-    route, formation = site.scenario.auvs.route, site.scenario.asvs.formation
-    if route.positions:
-        key, listed = f"auvs.route.{route.places_key}", []
+    formation = site.scenario.asvs.formation
+    for wing in site.wings:
+        if not (route := wing.asked).positions:
+            continue
+        key, listed = f"{wing.key}.{route.places_key}", []
         for auv, given in enumerate(route.positions):
             own = f"{key}.{auv}"
             listed += [(own, given[0])] if route.is_held else _keyed(own, given)
@@ -201,29 +235,32 @@ def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Pr
 
 def route_problems(site: Site) -> Iterator[Problem]:
     """Yield lists of places, ways and files that do not fit the number of AUVs, or are no ways."""
-    auvs, route = site.scenario.auvs, site.scenario.auvs.route
-    for name, each, given in route.miscounted(auvs.count):
-        yield Problem(
-            f"auvs.route.{name}",
-            f"needs one {each} per AUV: {auvs.count} expected, {given} given",
-            ("auvs.count", "auvs.route.kind", "auvs.route.files"),
-        )
-    vehicle = auvs.vehicle
-    if route.surfacing is not None and vehicle.is_steered:
-        yield Problem(
-            "auvs.route.surface_every_s",
-            f"is for AUVs without dynamics: the equations of {vehicle} know no surface, and "
-            "its autopilot would take it above that; use vehicle: kinematic",
-            ("auvs.vehicle",),
-        )
-    if not route.is_flown or (route.positions and site.origin_deg is None):
-        return  # which has been told
-    for number, points in enumerate(site.route.places):
-        if len(points) < 2 or any(dist(a, b) < SHORTEST_LANE for a, b in pairwise(points)):
+    for wing in site.wings:
+        route, whose = wing.asked, "AUV that has no other" if wing.is_partial else "AUV"
+        whose = whose if wing.key == "auvs.route" else "AUV of the group"
+        for name, each, given in route.miscounted(len(wing)):
             yield Problem(
-                f"auvs.route.{route.places_key}.{number}",
-                f"needs at least two points, those in a row {SHORTEST_LANE:g} m apart or more",
+                f"{wing.key}.{name}",
+                f"needs one {each} per {whose}: {len(wing)} expected, {given} given",
+                ("auvs.count", "auvs.groups", f"{wing.key}.kind", f"{wing.key}.files"),
             )
+        groups = dict.fromkeys(site.auvs[auv].group for auv in wing.members)
+        steered = [group for group in groups if group.vehicle.is_steered]
+        if route.surfacing is not None and steered:
+            yield Problem(
+                f"{wing.key}.surface_every_s",
+                f"is for AUVs without dynamics: the equations of {steered[0].vehicle} know no "
+                "surface, and its autopilot would take it above that; use vehicle: kinematic",
+                (steered[0].key("vehicle"),),
+            )
+        if not route.is_flown or (route.positions and site.origin_deg is None):
+            continue  # which has been told
+        for auv, points in enumerate(site.route_of(wing).places):
+            if len(points) < 2 or any(dist(a, b) < SHORTEST_LANE for a, b in pairwise(points)):
+                yield Problem(
+                    f"{wing.key}.{route.places_key}.{auv}",
+                    f"needs at least two points, those in a row {SHORTEST_LANE:g} m apart or more",
+                )
 
 
 # So many ASVs are placed in a tenth of a second; twice as many take seconds.

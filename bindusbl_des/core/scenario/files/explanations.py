@@ -10,15 +10,16 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from ....support.plain_data import Path, dotted
+from ....support.plain_data import Path, dotted, value_at
 from ....support.plain_yaml import scalar
 from ....support.wording import described, did_you_mean, nearest, plain
 from ..families import FAMILIES
-from ..keys import REQUIRED, Key, items, keys, sections
+from ..keys import REQUIRED, Key, as_for_all, items, keys, sections
 from ..part_choice import SIGNS
 
 ROUTE: Path = ("auvs", "route")
 FORMATION: Path = ("asvs", "formation")
+GROUPS: Path = ("auvs", "groups")
 
 # What people write behind a number, and by how much that is to be multiplied for a key's own unit.
 FACTORS = {
@@ -78,7 +79,7 @@ def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> 
         pair = "[lat, lon]" if row and "[lat, lon]" in row.kind else "[x, y]"
         return Finding(point, f"needs two numbers {pair}; got a list of {given}")
     if kind == "union_tag_invalid":
-        return _unknown_kind(value)
+        return _unknown_kind(path, value)
     if kind in ("model_type", "union_tag_not_found"):
         return Finding(path, _not_a_section(path, value))
     if kind == "moved":
@@ -97,20 +98,28 @@ def guessed_kind(route: Mapping[str, Any]) -> str:
 
 def _path(location: tuple[str | int, ...]) -> Path:
     """Return the path in the file of an error; pydantic names the arm of a union in it."""
-    if location[:2] in (ROUTE, FORMATION):
-        return (*location[:2], *location[3:])
-    return location
+    parts = [part for part in _chosen(location) if len(location) > part]
+    return (*location[: parts[0]], *location[parts[0] + 1 :]) if parts else location
+
+
+def _chosen(path: Path) -> list[int]:
+    """Return where in a path the section of a route or placement ends, if it leads into one."""
+    if path[:2] in (ROUTE, FORMATION):
+        return [2]
+    return [4] if path[:2] == GROUPS and path[3:4] == ("route",) else []
 
 
 def _row(path: Path) -> Key | None:
     name = ".".join(part for part in path if isinstance(part, str))
-    return next((row for row in (*keys(), *items()) if row.key == name), None)
+    known = {row.key: row for row in (*keys(), *items())}
+    return known.get(name) or known.get(as_for_all(name))
 
 
 @cache
 def _names(section: str, kind: str) -> tuple[str, ...]:
     """Return the keys and sections that may stand in a section."""
     section = ".".join(part for part in section.split(".") if not part.isdigit())
+    section = section if section == "auvs.groups" else as_for_all(section)
     known = (*keys(), *items())
     rows = [row.name for row in known if row.section == section and _belongs(row, kind)]
     inner = [name.rpartition(".") for name in sections()]
@@ -124,29 +133,30 @@ def _belongs(row: Key, kind: str) -> bool:
 
 def _kind(path: Path, data: Any) -> str:
     """Return which kind of route, or model of a placement, a path leads into."""
-    if path[:2] == ROUTE:
-        return str(data["auvs"]["route"].get("kind", "lawnmower"))
-    if path[:2] == FORMATION:
-        return str(data["asvs"]["formation"].get("model") or "ring")
+    for end in _chosen(path):
+        section, is_route = value_at(data, path[:end]), path[end - 1] == "route"
+        return str(
+            section.get("kind" if is_route else "model") or ("lawnmower" if is_route else "ring")
+        )
     return ""
 
 
 def _unknown(path: Path, data: Any) -> Finding:
-    section, name = dotted(path[:-1]), str(path[-1])
+    section, name = as_for_all(dotted(path[:-1])), str(path[-1])
     chooser = next(
         (family.word for family in FAMILIES if family.word and family.key == section), ""
     )
     if chooser and name in ("kind", "model"):
         message = f"unknown key; {section} is chosen by its `{chooser}`"
-        return Finding(path, message, True, ((*path[:2], chooser),))
+        return Finding(path, message, True, ((*path[:-1], chooser),))
     kind = _kind(path, data)
     here = _names(section, kind)
     others = [row for row in keys() if row.section == section and row.name == name]
     if others:
-        noun, chooser = ("route" if path[:2] == ROUTE else "placement"), others[0].chooser
+        noun, chooser = ("route" if "route" in path else "placement"), others[0].chooser
         home = " or ".join(others[0].only.split(", ")) if others[0].only else "ring or positions"
         message = f"no key of a {kind} {noun}; it belongs to `{chooser}: {home}`"
-        return Finding(path, message, True, ((*path[:2], chooser),))
+        return Finding(path, message, True, ((*path[:-1], chooser),))
     homes = [other for other in ("", *sections()) if other != section and name in _names(other, "")]
     near = nearest(name, here)
     if homes and not (near or "").startswith(f"{name}_"):
@@ -172,11 +182,11 @@ def _elsewhere(name: str, section: str, here: Sequence[str]) -> str:
     return f"remove it; the keys {where} are {', '.join(listed)}"
 
 
-def _unknown_kind(route: Mapping[str, Any]) -> Finding:
-    path = (*ROUTE, "kind")
+def _unknown_kind(section: Path, route: Mapping[str, Any]) -> Finding:
+    path = (*section, "kind")
     row, value = _row(path), route.get("kind")
     assert row is not None
-    return Finding(path, _one_of(row.choices, value), unsettled=(ROUTE,))
+    return Finding(path, _one_of(row.choices, value), unsettled=(section,))
 
 
 def _one_of(choices: tuple[str, ...], value: Any) -> str:

@@ -15,7 +15,7 @@ from ....support.plain_data import (
 from ....support.plain_yaml import Document, read_yaml
 from ....support.wording import described
 from ..families import FAMILIES
-from ..keys import keys, settings
+from ..keys import as_for_all, keys, settings
 from ..scenario import Scenario
 from .former_keys import READ_YET, path_now
 
@@ -83,9 +83,9 @@ def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) ->
             return problem
         if last:
             if part in CHOOSERS and isinstance(spot, dict) and spot.get(part) != value:
-                for name in _not_of(dotted(path[:-1]), value) - set(kept):
+                for name in _not_of(as_for_all(dotted(path[:-1])), value) - set(kept):
                     spot.pop(name, None)
-            is_same = dotted(path) in PARTS and value == _named(spot.get(part))
+            is_same = as_for_all(dotted(path)) in PARTS and value == _named(spot.get(part))
             spot[part] = spot[part] if is_same else value
         else:
             spot = _inside(spot, part, path[: depth + 1])
@@ -130,9 +130,9 @@ def _inside(spot: Any, part: str | int, path: Path) -> Any:
 
     A part that is named alone becomes a mapping, to which its settings can be added.
     """
-    is_part = dotted(path) in PARTS
+    is_part = as_for_all(dotted(path)) in PARTS
     if isinstance(spot, dict) and part not in spot:
-        default = value_at(_defaults(), path)
+        default = value_at(_defaults(), as_for_all(dotted(path)).split("."))
         spot[part] = deepcopy(default) if is_part or isinstance(default, list) else {}
     if is_part and isinstance(spot[part], str):
         spot[part] = {"model": spot[part]}

@@ -7,15 +7,16 @@ import copy
 import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import ValidationError
 
 from ....models.presets.modems import airtime_table
-from ....support.kept_files import FILES, Way, is_own
+from ....support.kept_files import EACH, FILES, Way, is_own
 from ....support.mistakes import FilePlace, Mistake, Problem, ScenarioError
-from ....support.plain_data import Path, dotted, path_of
+from ....support.plain_data import Path, dotted, path_of, value_at
 from ....support.plain_yaml import Document, read_text, read_yaml
 from ....support.shipped import located
 from ....support.wording import described, printable
@@ -25,7 +26,7 @@ from ..measured import read_measured
 from ..scenario import Scenario, site_of
 from ..sections.placements import AsvTrack
 from ..sections.routes import Track
-from .explanations import ROUTE, Finding, guessed_kind
+from .explanations import Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
 from .overrides import override
 
@@ -193,8 +194,8 @@ def _set_aside(data: Any, path: Path) -> None:
     if path == ("name",):
         data["name"] = "unnamed"
         return
-    if path == (*ROUTE, "kind"):
-        route = data["auvs"]["route"]
+    if path[-2:] == ("route", "kind"):
+        route = value_at(data, path[:-1])
         route["kind"] = guessed_kind(route)
         return
     # A list goes as a whole: without one item it would be blamed for its length.
@@ -239,26 +240,29 @@ def _short_cast(scenario: Scenario) -> Iterator[Problem]:
 def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
     """Make the names of files absolute in the data of a scenario; yield what is wrong with them."""
     for way in FILES:
-        section = _section(data, way)
-        if section is None or way[-1] not in section:
-            continue
-        given = section[way[-1]]
-        listed = isinstance(given, list)
-        names = given if listed else [given]
-        for number, name in enumerate(names):
-            if isinstance(name, str) and "\0" not in name:
-                names[number] = str((folder / name).resolve())
-                problem = _problem(names[number], way, section)
-                if problem:
-                    yield ((*way, number) if listed else way), problem
-        section[way[-1]] = names if listed else names[0]
+        for path, section in _sections(data, way):
+            given = section[way[-1]]
+            listed = isinstance(given, list)
+            names = given if listed else [given]
+            for number, name in enumerate(names):
+                if isinstance(name, str) and "\0" not in name:
+                    names[number] = str((folder / name).resolve())
+                    problem = _problem(names[number], way, section)
+                    if problem:
+                        yield ((*path, number) if listed else path), problem
+            section[way[-1]] = names if listed else names[0]
 
 
-def _section(data: Any, way: Way) -> dict[str, Any] | None:
-    """Return the mapping in which a way ends, None where there is none."""
-    for name in way[:-1]:
-        data = data.get(name) if isinstance(data, dict) else None
-    return data if isinstance(data, dict) and not is_own(data) else None
+def _sections(data: Any, way: Way, path: Path = ()) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Yield the mappings in which a way ends, each with the path to its file."""
+    if way[0] == EACH:
+        for number, item in enumerate(data if isinstance(data, list) else ()):
+            yield from _sections(item, way[1:], (*path, number))
+    elif isinstance(data, dict) and way[0] in data:
+        if len(way) > 1:
+            yield from _sections(data[way[0]], way[1:], (*path, way[0]))
+        elif not is_own(data):
+            yield (*path, way[0]), data
 
 
 def _problem(file: str, way: Way, section: Mapping[str, Any]) -> str:
@@ -294,6 +298,7 @@ def _check_cast(file: str) -> None:
 # Other files are read when the scenario is made.
 READERS: Mapping[Way, Callable[[str], object]] = {
     ("auvs", "route", "files"): _check_track,
+    ("auvs", "groups", EACH, "route", "files"): _check_track,
     ("asvs", "formation", "files"): _check_track,
     ("environment", "ctd"): _check_cast,
     ("acoustics", "hf", "channel", "file"): read_measured,
@@ -304,10 +309,11 @@ READERS: Mapping[Way, Callable[[str], object]] = {
 
 def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
     """Yield which tracks begin after the mission's end, or have ended before its start."""
-    route, placement = scenario.auvs.route.recording, scenario.asvs.formation.recording
-    site, lasts = site_of(scenario), scenario.duration_s
-    if route is not None:
-        yield from _misplaced("auvs.route", route, site.auv_track, lasts)
+    placement, lasts = scenario.asvs.formation.recording, scenario.duration_s
+    site = site_of(scenario)
+    for wing in site.wings:
+        if (route := wing.asked.recording) is not None:
+            yield from _misplaced(wing.key, route, partial(site.auv_track, wing), lasts)
     if placement is not None:
         yield from _misplaced("asvs.formation", placement, site.asv_track, lasts)
 

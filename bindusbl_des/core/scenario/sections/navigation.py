@@ -1,5 +1,6 @@
 """The keys of navigation: what is wrong with dead reckoning, and how fixes correct it."""
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -261,6 +262,11 @@ class Navigation(Section):
         if self.drift.is_stated:
             self.otherwise(velocity_bias_m_per_s=(0.0, 0.0), random_walk_m_per_sqrt_s=0.0)
         return self
+
+    def changed(self, values: Mapping[str, Any]) -> "Navigation":
+        """Return the same with other values of some keys."""
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self).model_validate({**given, **values})
 
     @property
     def fixed_gain(self) -> FixedGain:

@@ -1,21 +1,23 @@
 """The keys of both fleets: how many, which models, where they go and keep station, which fail."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ....support.plugins import is_plugin
 from ....support.wording import described, did_you_mean
 from ..families import ASV, AUV, HullTraits
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, Whole, key
-from ..part_choice import PartChoice, Settings
-from ..shipped_settings import Kinematic
+from ..part_choice import PartChoice
+from .navigation import Drift, Navigation
 from .placements import Formation, Placement
 from .routes import Lawnmower, Route
+from .survey import Survey
 
 
 @dataclass(frozen=True)
@@ -257,35 +259,83 @@ class Auvs(Section):
         "truth", "", "what guidance steers by: the true position or the fused estimate", PAPER
     )
 
-    @property
-    def turning_radius_m(self) -> float:
-        """The smallest turning radius of AUVs without dynamics (m)."""
-        own = Settings if self.vehicle.own else self.vehicle.MODELS[self.vehicle.model].settings
-        return self.vehicle.choice.settings_as(Kinematic, own).turning_radius_m
-
-    def speed(self, auv: int) -> float:
-        """Return the speed of an AUV along its route (m/s)."""
-        return self.speeds_m_per_s[auv] if self.speeds_m_per_s else self.speed_m_per_s
-
-    def launch(self, auv: int) -> Point | None:
-        """Return where an AUV is launched (m); None where its route says."""
-        return _of(self.launch_m, auv)
-
-    def recovery(self, auv: int) -> Point | None:
-        """Return where an AUV is recovered (m); None if it flies its route there and back."""
-        return _of(self.recovery_m, auv)
+    groups: tuple["AuvGroup", ...] = key(
+        (),
+        "",
+        "AUVs that differ, group by group in the order of their numbers; what a group does not say "
+        "is as it is for all",
+    )
 
     @property
-    def speeds(self) -> tuple[float, ...]:
-        """The speed of each AUV (m/s)."""
-        return self.speeds_m_per_s or (self.speed_m_per_s,) * self.count
+    def words(self) -> str:
+        """What they are in a word: their model, or how many are of which."""
+        counts = Counter[str]()
+        for group in self.groups:
+            counts[str(group.vehicle or self.vehicle)] += group.count
+        if len(counts) < 2:
+            return next(iter(counts), str(self.vehicle))
+        return ", ".join(f"{count} {model}" for model, count in counts.items())
+
+    @model_validator(mode="after")
+    def _counted(self) -> Self:
+        """Let groups say how many AUVs there are, unless that is given."""
+        if self.groups:
+            self.otherwise(count=sum(group.count for group in self.groups))
+        return self
 
 
-def _of(places: tuple[Point, ...] | None, auv: int) -> Point | None:
-    """Return the place of an AUV, of one for all or one for each."""
-    if not places:
-        return None
-    return places[0] if len(places) == 1 else places[auv]
+def _as_of(section: type[Part], name: str) -> Any:
+    """Describe a key of a group: that of a section, null unless it is given."""
+    of = section.model_fields[name]
+    bounds = {
+        sign: getattr(limit, sign)
+        for limit in of.metadata
+        for sign in ("gt", "ge", "lt", "le")
+        if getattr(limit, sign, None) is not None
+    }
+    return Field(
+        default=None,
+        description=f"{(of.description or '').partition('; null = ')[0]}; null = as for all",
+        json_schema_extra=of.json_schema_extra,
+        **bounds,
+    )
+
+
+class AuvGroup(Part):
+    """AUVs of a fleet that are alike; what is null is as it is for all AUVs."""
+
+    count: Whole = Field(
+        ge=1,
+        le=100_000,
+        description="number of AUVs of the group",
+        json_schema_extra={"unit": "1", "source": "this package"},
+    )
+    vehicle: AuvVehicle | None = _as_of(Auvs, "vehicle")
+    speed_m_per_s: Real | None = _as_of(Auvs, "speed_m_per_s")
+    depth_m: Real | None = _as_of(Survey, "depth_m")
+    join_angle_deg: Real | None = _as_of(Auvs, "join_angle_deg")
+    route: Route | None = Field(
+        default=None,
+        description="where the AUVs of the group go; null = they share the route of all the others "
+        "that have none of their own",
+    )
+    launch_m: tuple[Point, ...] | None = _as_of(Auvs, "launch_m")
+    recovery_m: tuple[Point, ...] | None = _as_of(Auvs, "recovery_m")
+    endurance_s: Real | None = _as_of(Auvs, "endurance_s")
+    feedback: Literal["truth", "estimate"] | None = _as_of(Auvs, "feedback")
+    drift: Drift | None = Field(
+        default=None,
+        description="drift as an inertial system's data sheet has it; null = as for all",
+    )
+    velocity_bias_m_per_s: Point | None = _as_of(Navigation, "velocity_bias_m_per_s")
+    velocity_bias_sd_m_per_s: Real | None = _as_of(Navigation, "velocity_bias_sd_m_per_s")
+    velocity_bias_time_constant_s: Real | None = _as_of(Navigation, "velocity_bias_time_constant_s")
+    scale_factor_sd: Real | None = _as_of(Navigation, "scale_factor_sd")
+    heading_sd_deg: Real | None = _as_of(Navigation, "heading_sd_deg")
+    random_walk_m_per_sqrt_s: Real | None = _as_of(Navigation, "random_walk_m_per_sqrt_s")
+
+
+Auvs.model_rebuild()
 
 
 class Asvs(Part):

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from math import ceil, cos, degrees, isfinite, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 from ....support.arrays import Floats
 from ....support.packed import Packed
 from ...geometry.paths import Path, Segment
-from ...records.rows import LEARNT
+from ...records.rows import LEARNT, Rows
 from .. import motion
 from ..hulls import rk4
 from ..hulls.fleet import find, numbers, parameters
@@ -127,6 +128,31 @@ class GuidedVehicle(Vehicle):
 USUAL = SteeringIntervals()
 
 
+class Shared(NamedTuple):
+    """Rows of arrays that vehicles of several models may share: the lines of their logs, those of
+    one vehicle behind those of another; what fixes have put right (n, 2), m; what is learnt (n,).
+    """
+
+    table: Floats
+    corrections: Floats
+    learnt: Rows
+
+    @classmethod
+    def alone(cls, count: int, lines: int) -> "Shared":
+        """Return arrays for vehicles of one model, each with so many lines."""
+        return cls(
+            np.zeros((count * lines, motion.COLUMNS)),
+            np.zeros((count, 2)),
+            np.zeros(count, dtype=LEARNT),
+        )
+
+
+def lines_of(model: str, duration_s: float) -> int:
+    """Return how many lines the log of a vehicle has that is integrated for so long (s)."""
+    steps = whole_steps(model, USUAL.control_s, find(model).step_s)
+    return max(1, begun(duration_s, USUAL.control_s)) * steps + 1
+
+
 class GuidedFleet:
     """Vehicles of one model on their way, moved only as far as somebody looks.
 
@@ -141,7 +167,8 @@ class GuidedFleet:
     may write to: the sum of what fixes have put right. A log through the water gives it no other
     word of the current, unless a filter writes the bias and current that it has learnt to its row
     of `learnt` (n,) and sets `has_learnt`. Without drift it does not matter when and
-    how often the fleet is advanced.
+    how often the fleet is advanced.  What it knows of its vehicles may be part of arrays `shared`
+    with other models.
 
     Raises ValueError for arguments that do not fit, GuidanceError for what cannot be flown.
     """
@@ -157,6 +184,7 @@ class GuidedFleet:
         currents: ArrayLike = ((0.0, 0.0),),
         position_noise: Floats | None = None,
         drift: SteeringDrift | None = None,
+        shared: Shared | None = None,
     ) -> None:
         self.model = kind = find(model)
         _refuse_wrong_plan(model, plan)
@@ -169,14 +197,18 @@ class GuidedFleet:
         self.step_s = float(kind.step_s if intervals.step_s is None else intervals.step_s)
         steps = whole_steps(model, self.control_s, self.step_s)
         self._intervals = max(1, begun(self.duration_s, self.control_s))
+        lines = self._intervals * steps + 1
         self._currents = numbers(model, "currents", currents, (None, 2))
         noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
         length = 1 if position_noise is None else self._intervals
         noise = numbers(model, "position_noise", noise, (count, length, 2))
-        self._or_by_fixes = "" if drift is None else ", or thrown about by its fixes"
+        #: Whether its vehicles steer by what they believe.
+        self.by_estimate = drift is not None
+        self._or_by_fixes = ", or thrown about by its fixes" * self.by_estimate
         drift = sensing.for_fleet(model, drift, count, self.duration_s, self.control_s)
-        self.corrections = np.zeros((count, 2))
-        self.learnt = np.zeros(count, dtype=LEARNT)
+        if shared is None:
+            shared = Shared.alone(count, lines)
+        self.corrections, self.learnt = shared.corrections, shared.learnt
         self.has_learnt = False
         # what each vehicle is told and remembers
         self._own = np.zeros(count, dtype=flight.VESSEL)
@@ -198,10 +230,10 @@ class GuidedFleet:
                     for path, speed in zip(paths, speeds.tolist(), strict=True)
                 ]
             self.tracks = tracks.pack(paths)
-        self.logs = np.zeros((count, self._intervals * steps + 1, motion.COLUMNS))
         # What lies beyond the instant that the fleet was last advanced to is not known yet.
-        ends = np.arange(count + 1) * self.logs.shape[1]
-        self.motion = Motion(self.logs.reshape(-1, motion.COLUMNS), ends, self.step_s)
+        self.logs = shared.table.reshape(count, lines, -1)
+        ends = np.arange(count + 1) * lines
+        self.motion = Motion(shared.table, ends, np.full(count, self.step_s))
         self.active = np.zeros((count, self._intervals), dtype=np.int64)
         self._own["progress"]["row"] = self.tracks.bounds["first"]
         # whether an actuator was at its limit, for each vehicle and control instant

@@ -1,0 +1,203 @@
+"""The AUVs of a scenario one by one: what `auvs.groups` says of each, or else what is said of all.
+
+Whoever asks how fast, how deep or by which hull an AUV goes asks here, and need not know whether a
+fleet is mixed: one without groups is a single group of all.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from typing import Any, NamedTuple
+
+from .key_types import Point
+from .part_choice import Settings
+from .scenario_keys import ScenarioKeys
+from .sections.navigation import Navigation
+from .sections.routes import Route
+from .sections.vehicles import AuvGroup, AuvVehicle
+from .shipped_settings import Kinematic
+
+# Keys of a group that are not of `auvs` where they are said of all: how deep AUVs go, and how wrong
+# their own sensors are.
+DEPTH = "depth_m"
+ERRORS = tuple(name for name in AuvGroup.model_fields if name in Navigation.model_fields)
+
+
+# Keys of one value for all, and those of one for each
+LISTED = {"speed_m_per_s": "speeds_m_per_s", DEPTH: "depths_m"}
+
+
+# The section in which a key of a group stands where it is said of all
+SECTIONS = {
+    **dict.fromkeys(AuvGroup.model_fields, "auvs"),
+    **dict.fromkeys(ERRORS, "navigation"),
+    DEPTH: "survey",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """AUVs that are alike, by their numbers (`members`), and what was said of them alone (`own`:
+    those of a scenario without groups have nothing of their own).
+    """
+
+    scenario: ScenarioKeys
+    number: int
+    members: range
+    own: AuvGroup | None
+    #: What they are, where they go, how they navigate, and how wrong their own sensors are.
+    vehicle: AuvVehicle
+    route: Route
+    navigation: Navigation
+    #: The smallest turning radius (m) of those without dynamics; the angle (deg) at which they join
+    #: a line again; whether they steer by where they believe to be.
+    turning_radius_m: float
+    join_angle_deg: float
+    by_estimate: bool
+    #: How long (s) they can be in the water; None: long enough.
+    endurance_s: float | None
+
+    def key(self, name: str) -> str:
+        """Return the dotted key at which it is said."""
+        section, listed = SECTIONS[name], LISTED.get(name, name)
+        key, given = f"{section}.{name}", getattr(getattr(self.scenario, section), listed)
+        own = self.place(key)
+        return f"{section}.{listed}" if own == key and given is not None else own
+
+    def place(self, key: str) -> str:
+        """Return where a dotted key of a scenario is said of this group.
+
+        >>> from bindusbl_des import Scenario, Setup
+        >>> own = {"groups": [{"count": 1, "depth_m": 5.0}, {"count": 2}]}
+        >>> [group.place("survey.depth_m") for group in Setup(Scenario(name="m", auvs=own)).groups]
+        ['auvs.groups.0.depth_m', 'survey.depth_m']
+        """
+        section, _, rest = key.partition(".")
+        name = rest.partition(".")[0]
+        is_own = getattr(self.own, name, None) is not None and section == SECTIONS.get(name)
+        return f"auvs.groups.{self.number}.{rest}" if is_own else key
+
+    @cached_property
+    def alone(self) -> ScenarioKeys:
+        """The keys of the scenario, were all its AUVs such; whether they agree is not asked."""
+        if self.own is None:
+            return self.scenario
+        given = {name: getattr(self.own, name) for name in type(self.own).model_fields}
+        changed: dict[str, dict[str, Any]] = {"auvs": {"groups": ()}, "survey": {}}
+        for name, value in given.items():
+            if value is not None and name != "count" and name not in ERRORS:
+                section = SECTIONS[name]
+                changed[section][name] = value
+                listed = LISTED.get(name, name)
+                if listed != name and getattr(getattr(self.scenario, section), listed) is not None:
+                    changed[section][listed] = None
+        sections = {
+            name: getattr(self.scenario, name).model_copy(update=of) for name, of in changed.items()
+        }
+        return self.scenario.model_copy(update={**sections, "navigation": self.navigation})
+
+    @property
+    def own_keys(self) -> list[str]:
+        """The keys, said of all AUVs, that are said of this group alone."""
+        names = [name for name in AuvGroup.model_fields if name != "count"]
+        return [
+            f"{SECTIONS[name]}.{name}"
+            for name in names
+            if getattr(self.own, name, None) is not None
+        ]
+
+    @property
+    def words(self) -> str:
+        """Their names, such as AUV0 or AUV1 to AUV3."""
+        first, last = self.members[0], self.members[-1]
+        return f"AUV{first}" if first == last else f"AUV{first} to AUV{last}"
+
+
+class Auv(NamedTuple):
+    """An AUV: its number and group; how fast (m/s) and deep (m) it goes; where it is launched and
+    recovered (m), None where its route says.
+    """
+
+    number: int
+    group: Group
+    speed_m_per_s: float
+    depth_m: float
+    launch_m: Point | None
+    recovery_m: Point | None
+
+
+@dataclass(frozen=True)
+class Wing:
+    """AUVs that share a route, by their numbers, and the key at which it is asked for; whether
+    others have another (`is_partial`).
+    """
+
+    key: str
+    asked: Route
+    members: tuple[int, ...]
+    is_partial: bool
+
+    def __len__(self) -> int:
+        return len(self.members)
+
+
+def groups_of(scenario: ScenarioKeys) -> Iterator[Group]:
+    """Yield the groups of the AUVs of a scenario."""
+    all_of, begin = scenario.auvs, 0
+    for number, own in enumerate(all_of.groups or (None,)):
+        count = all_of.count if own is None else own.count
+        said = {name: getattr(own, name, None) for name in AuvGroup.model_fields}
+        errors = {name: said[name] for name in ERRORS if said[name] is not None}
+        vehicle: AuvVehicle = said["vehicle"] or all_of.vehicle
+        settings = Settings if vehicle.own else vehicle.MODELS[vehicle.model].settings
+        yield Group(
+            scenario,
+            number,
+            range(begin, begin + count),
+            own,
+            vehicle,
+            said["route"] or all_of.route,
+            scenario.navigation.changed(errors) if errors else scenario.navigation,
+            vehicle.choice.settings_as(Kinematic, settings).turning_radius_m,
+            said["join_angle_deg"] or all_of.join_angle_deg,
+            (said["feedback"] or all_of.feedback) == "estimate",
+            said["endurance_s"] or all_of.endurance_s,
+        )
+        begin += count
+
+
+def auvs_of(scenario: ScenarioKeys, groups: Sequence[Group]) -> Iterator[Auv]:
+    """Yield the AUVs of groups; lists that are too short, which is told elsewhere, say nothing."""
+    for group in groups:
+        columns: list[list[Any]] = []
+        count, start = len(group.members), group.members.start
+        for name in ("speed_m_per_s", DEPTH, "launch_m", "recovery_m"):
+            section, own = getattr(scenario, SECTIONS[name]), getattr(group.own, name, None)
+            usual, first = (getattr(section, name), start) if own is None else (own, 0)
+            each = usual or ()  # places: one for all, or one for each
+            if name in LISTED:
+                each = (getattr(section, LISTED[name]) or ()) if own is None else ()
+            else:
+                usual = each[0] if len(each) == 1 else None
+            numbers = range(first, first + count)
+            columns.append([each[k] if k < len(each) else usual for k in numbers])
+        speeds, depths, launches, recoveries = columns
+        for number, auv in enumerate(group.members):
+            own = launches[number], recoveries[number]
+            yield Auv(auv, group, speeds[number], depths[number], *own)
+
+
+def wings_of(groups: "tuple[Group, ...]") -> Iterator[Wing]:
+    """Yield who shares which route: all of those groups whose route is that of all, then each group
+    that has one of its own.
+    """
+    routes = [None if group.own is None else group.own.route for group in groups]
+    pairs = list(zip(groups, routes, strict=True))
+    shared = tuple(chain.from_iterable(group.members for group, route in pairs if route is None))
+    if shared:
+        is_partial = any(route is not None for route in routes)
+        yield Wing("auvs.route", groups[0].scenario.auvs.route, shared, is_partial)
+    for group, route in pairs:
+        if route is not None:
+            yield Wing(group.key("route"), route, tuple(group.members), len(groups) > 1)
