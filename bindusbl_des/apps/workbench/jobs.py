@@ -213,6 +213,7 @@ class Job:
             "answered": plan["told"],
             "team": team.team,
             "stations": [[place["x_m"], place["y_m"]] for place in stations],
+            "moves": bool(team.ways),
             "keys": plan["candidates"][team.number]["keys"],
             "doubts": [
                 {name: row.get(name) for name in ("told", "keys", "met", "mean", "as_planned")}

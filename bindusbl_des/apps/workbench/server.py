@@ -38,7 +38,7 @@ from ...support.plain_data import path_of
 from ...support.plain_yaml import read_text
 from ...support.shipped import ENDINGS
 from ...support.wording import described, file_name
-from ...support.yaml_edits import REMOVED, edited
+from ...support.yaml_edits import edited
 from ..report.page import asset
 from . import desk as changes
 from .desk import Desk, Stale
@@ -200,6 +200,7 @@ class Workbench:
     async def watch(self) -> None:
         """Tell, now and then, what went on without the page."""
         watch_compiling(self._compiling)
+        await self.show()  # before anybody looks, so that the equations are loaded
         while True:
             await asyncio.sleep(EVERY_S)
             if not self._sockets:
@@ -262,8 +263,10 @@ class Workbench:
         await self.show()
 
     def _origin(self) -> changes.Point | None:
-        setup = self._look.setup if self._look else None
-        return None if setup is None else setup.origin_deg
+        """Return where on Earth x = y = 0 is, which what is drawn keeps."""
+        if self._look is None or self._look.setup is None:
+            raise Refused("the scenario has mistakes; mend them, and draw then")
+        return self._look.setup.origin_deg
 
     async def do_vessels(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Moor vessels at places."""
@@ -356,10 +359,17 @@ class Workbench:
         found = self.jobs[asked["job"]].state()
         if "keys" not in found:
             raise Refused("this plan has found no team yet")
-        team = [(path_of(name), value) for name, value in found["keys"].items()]
-        places = any(path[:2] == ("asvs", "formation") for path, _ in team)
-        gone: list[changes.Change] = [(("asvs", "formation"), REMOVED)] if places else []
-        await self._change([*gone, *team], asked["version"])
+        place = "asvs.formation"
+        team = [
+            (path_of(name), value)
+            for name, value in found["keys"].items()
+            if not name.startswith(place) and name != "asvs.count"
+        ]
+        own = changes.vessels(found["stations"])
+        if found["moves"]:
+            model = found["keys"][f"{place}.model"]
+            own = [own[0], (path_of(place), {"model": model})]
+        await self._change([*own, *team], asked["version"])
 
 
 Verb = Callable[[Workbench, WebSocket, dict[str, Any]], Awaitable[None]]

@@ -12,7 +12,7 @@ const COLUMNS = [
 
 export class Chart {
   constructor(bench) {
-    Object.assign(this, { bench, stations: [], markers: [], trying: false, waiting: null, id: 0, outline: "" });
+    Object.assign(this, { bench, chart: { outline: [], ways: [], points: [] }, stations: [], markers: [], trying: false, waiting: null, id: 0, outline: "" });
     this.map = L.map("map", { crs: L.CRS.Simple, minZoom: -8, maxZoom: 6, zoomSnap: 0.25, zoomDelta: 0.5, wheelPxPerZoomLevel: 120, attributionControl: false, zoomControl: false, keyboard: true });
     L.control.zoom({ position: "topright" }).addTo(this.map);
     this.map.setView([0, 0], 0);
@@ -25,6 +25,7 @@ export class Chart {
     this.map.on("pm:create", ({ shape, layer }) => this.drawn(shape, layer));
     this.map.on("pm:drawend", () => this.press(null));
     this.map.pm.setGlobalOptions({ snappable: false, hintlineStyle: { dashArray: [5, 5] } });
+    bench.on("desk", ({ version }) => { if (version !== this.version) byId("worst").classList.add("stale"); this.version = version; });
     bench.on("look", (look) => this.show(look));
     bench.on("forecast", (told) => this.tell(told.found, told));
     bench.on("tried", (told) => this.tried(told));
@@ -67,6 +68,7 @@ export class Chart {
     else this.area?.pm.disable();
   }
   show({ chart }) {
+    for (const id of ["add", "draw-area", "edit-area", "draw-way"]) byId(id).disabled = !chart; // mend it first
     if (!chart) return;
     this.chart = chart;
     this.showArea(chart);
@@ -190,6 +192,7 @@ export class Chart {
     this.bench.ask("vessels", { stations });
   }
   seeAll() {
+    if (!this.chart.outline.length) return;
     const bounds = L.latLngBounds([...this.chart.outline, ...this.chart.ways.flat(), ...this.stations].map(at));
     this.map.fitBounds(bounds.pad(0.08), { animate: false });
     this.fitted = true; // until one moves it, the chart follows the window
@@ -223,6 +226,7 @@ export class Chart {
   // What is predicted: the worst AUV in words, each AUV in a table, the map's shades.
   tell(found, { refusal = "", left_out = [] }) {
     this.told = found;
+    byId("worst").classList.remove("stale");
     byId("left-out").textContent = left_out.join(" ");
     byId("auvs").hidden = !found;
     this.shadeBy(found?.shade);

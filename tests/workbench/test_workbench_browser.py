@@ -1,0 +1,183 @@
+"""The page of the workbench in a real browser, by mouse, by keyboard, at random."""
+
+import random
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser_for_tests import browser, without_browser
+from workbench_for_tests import SURVEY, Server, started
+
+from bindusbl_des import load_scenario
+
+__all__ = ["browser"]
+
+pytestmark = without_browser
+
+Open = Callable[..., Any]
+
+
+# The vessels lie far from the survey.
+FAR = SURVEY.replace("[[-30, 0], [30, 0]]", "[[200, -150], [230, -150]]")
+
+
+@pytest.fixture(scope="module")
+def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("desk") / "cove.yaml"
+    file.write_text(FAR)
+    return file
+
+
+@pytest.fixture(scope="module")
+def server(survey: Path) -> Iterator[Server]:
+    with started(survey) as found:
+        yield found
+
+
+@pytest.fixture
+def opened(browser: Any, server: Server, survey: Path) -> Iterator[Open]:
+    """Open the page; afterwards none may have complained, or asked for anything elsewhere."""
+    if survey.read_text() != FAR:
+        survey.write_text(FAR)
+    pages, complaints, asked = [], list[str](), list[str]()
+
+    def open_page(width: int = 1366, scheme: str = "light") -> Any:
+        page = browser.new_page(viewport={"width": width, "height": 860}, color_scheme=scheme)
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on("console", lambda message: complaints.append(message.text))
+        page.on("request", lambda request: asked.append(request.url))
+        page.set_default_timeout(200_000)
+        page.goto(server.address)
+        settled(page, survey, lambda it: it.asvs.count == 2)
+        pages.append(page)
+        return page
+
+    yield open_page
+    assert complaints == []
+    for page in pages:
+        page.close()
+    own = (server.address, server.address.replace("http", "ws"), "data:", "about:")
+    assert [url for url in asked if not url.startswith(own)] == []
+
+
+def worst(page: Any) -> float:
+    """Return the predicted error of the worst AUV (m) that the page tells."""
+    return float(page.inner_text("#auvs tbody tr:last-child td"))
+
+
+def until(page: Any, holds: Callable[[], bool]) -> None:
+    """Wait until something holds."""
+    for _ in range(1000):
+        if holds():
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError(page.inner_text("#worst"))
+
+
+def settled(page: Any, survey: Path, holds: Callable[[Any], bool]) -> None:
+    """Wait until the file has what was done, and the page what is predicted of it."""
+    for _ in range(1000):
+        text = page.input_value("#yaml")
+        if text == survey.read_text() and holds(load_scenario(survey)):
+            page.wait_for_selector("#worst:not(.stale)")
+            page.wait_for_selector("#auvs tbody tr", state="attached")
+            return
+        page.wait_for_timeout(50)
+    raise AssertionError(text)
+
+
+def test_a_survey_is_drawn_moved_and_flown(opened: Open, survey: Path) -> None:
+    """Draw it, drag a vessel to it, see the error fall, simulate, and find all of it again."""
+    page = opened()
+    page.click("#draw-area")
+    box = page.locator("#map").bounding_box()
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return box["x"] + box["width"] * x, box["y"] + box["height"] * y
+
+    corners = ((0.45, 0.5), (0.8, 0.5), (0.8, 0.9), (0.45, 0.9), (0.45, 0.5))
+    for place in corners:
+        page.mouse.click(*at(*place))
+        page.wait_for_timeout(60)
+    settled(page, survey, lambda it: it.survey.polygon_m and len(it.survey.polygon_m) == 4)
+    before = worst(page)
+    vessel = page.locator(".vessel").first.bounding_box()
+    page.mouse.move(vessel["x"] + 14, vessel["y"] + 14)
+    page.mouse.down()
+    for step in range(1, 11):
+        share = step / 10
+        x, y = at(0.6, 0.7)
+        page.mouse.move(vessel["x"] + 14 + share * (x - vessel["x"] - 14),
+                        vessel["y"] + 14 + share * (y - vessel["y"] - 14))  # fmt: skip
+        page.wait_for_timeout(30)
+    until(page, lambda: worst(page) < 0.7 * before)  # while it is dragged
+    page.mouse.up()
+    settled(page, survey, lambda it: it.asvs.formation.positions_m[0] != (200, -150))
+    assert worst(page) < 0.7 * before
+    page.click("[data-tab=simulate]")
+    page.fill("#seeds", "4")
+    page.click("#simulate button")
+    page.wait_for_selector("[data-job='1'][data-status=complete]")
+    page.reload()
+    page.wait_for_selector("#auvs tbody tr")
+    assert page.input_value("#yaml") == survey.read_text()
+    page.click("[data-tab=simulate]")
+    page.click("text=▶ worst seed")
+    frame = page.frame_locator("#page")
+    frame.locator("#play").press("Space")
+    frame.locator("#play[aria-label=Pause]").wait_for()
+    frame.locator("#play").press("Space")
+    page.click("#frame-back")
+    page.click("#undo")
+    settled(page, survey, lambda it: it.asvs.formation.positions_m[0] == (200, -150))
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1366, "dark"), (390, "light")])
+def test_the_keyboard_is_enough(opened: Open, survey: Path, width: int, scheme: str) -> None:
+    """On any window: vessels are reached with tab and moved by keys; nothing is cut off."""
+    page = opened(width, scheme)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.locator("#map").focus()
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.classList.contains('vessel')"):
+            break
+    name = page.evaluate("document.activeElement.getAttribute('aria-label')")
+    assert name.startswith("ASV")
+    number = int(name[3])
+    before = load_scenario(survey).asvs.formation.positions_m[number]
+    page.keyboard.press("Shift+ArrowDown")
+    page.keyboard.press("ArrowRight")
+
+    def moved(it: Any) -> bool:
+        (x, y), (x_before, y_before) = it.asvs.formation.positions_m[number], before
+        return bool(x < x_before and y > y_before)
+
+    settled(page, survey, moved)
+    page.locator("[role=tab]").first.focus()
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("document.activeElement.dataset.tab") == "vehicles"
+    page.click(f"text=remove >> nth={number}")
+    settled(page, survey, lambda it: it.asvs.count == 1)
+
+
+def test_nothing_breaks_at_random(opened: Open, survey: Path) -> None:
+    """Clicks, drags and keys anywhere leave no script error, and a scenario that is one."""
+    page, draw = opened(), random.Random(7)
+    page.click("[data-tab=vehicles]")
+    for _ in range(120):
+        x, y = draw.uniform(5, 1360), draw.uniform(60, 850)
+        act = draw.random()
+        if act < 0.6:
+            page.mouse.click(x, y)
+        elif act < 0.8:
+            page.mouse.move(x, y)
+            page.mouse.down()
+            page.mouse.move(x + draw.uniform(-200, 200), y + draw.uniform(-200, 200), steps=3)
+            page.mouse.up()
+        else:
+            page.keyboard.press(draw.choice(["Tab", "Escape", "ArrowUp", "Delete", "Control+z"]))
+    page.wait_for_timeout(500)
+    page.reload()
+    settled(page, survey, lambda it: it.name == "cove")
