@@ -247,10 +247,8 @@ def _sent(result: "Result", one: str, sender: str) -> Iterator[tuple[NDArray[Any
     number = np.full(len(own), -1)
     number[own] = came[one][own].astype(np.int64)
     if one == "auv_frame":
-        own &= [
-            listener.startswith(LISTENING[kind])
-            for listener, kind in zip(came["listener"], sent["kind"][number], strict=True)
-        ]
+        pairs = zip(came["listener"], sent["kind"][number], strict=True)
+        own &= np.array([who.startswith(LISTENING[kind]) for who, kind in pairs], dtype=np.bool_)
     rows = {name: sent[name][number[own]] for name in ("kind", sender, "sent_at_s")}
     yield (
         rows["kind"], rows[sender], came["listener"][own], rows["sent_at_s"],

@@ -216,6 +216,8 @@ def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> 
 
 def _numbers(outcomes: NDArray[Any], names: Sequence[str]) -> NDArray[np.int64]:
     """Return outcomes as their numbers among names."""
+    if not names:  # of what nobody sent there are none
+        return np.zeros(0, dtype=np.int64)
     return np.select([outcomes == name for name in names], range(len(names)))
 
 
