@@ -86,6 +86,7 @@ def drawn(seed: int, folder: Path) -> dict[str, Any]:
     _quieter(data, random.Random(f"quieter {seed}"))
     _wired(data, random.Random(f"wired {seed}"))
     _grouped(data, random.Random(f"grouped {seed}"))
+    _islands(data, random.Random(f"islands {seed}"))
     return data
 
 
@@ -99,6 +100,15 @@ def _grouped(data: dict[str, Any], draw: random.Random) -> None:
     said = {name: draw.choice(values) for name, values in OF_GROUPS if draw.random() < 0.4}
     groups = [{"count": first, **said}, {"count": count - first}]
     data.setdefault("auvs", {})["groups"] = groups[:: draw.choice((1, -1))]
+
+
+def _islands(data: dict[str, Any], draw: random.Random) -> None:
+    """Lay land, and water where nobody goes, into the sea now and then."""
+    for name in ("land", "keep_out"):
+        if draw.random() < 0.1:
+            (x, y), size = _point(draw), draw.choice((1.0, 8.0, 50.0))
+            corners = [[x, y], [x + size, y], [x + size / 2, y + size]]
+            data.setdefault("survey", {})[name] = [corners]
 
 
 def _wired(data: dict[str, Any], draw: random.Random) -> None:
@@ -122,10 +132,14 @@ def _quieter(data: dict[str, Any], draw: random.Random) -> None:
         relay["who"] = "all"
 
 
+# Keys that are drawn apart
+APART = (("auvs", "groups"), ("survey", "land"), ("survey", "keep_out"))
+
+
 def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> dict[str, Any]:
     out = {}
     for name, part in schema["properties"].items():
-        if (*path, name) == ("auvs", "groups"):  # which are drawn apart, too
+        if (*path, name) in APART:
             continue
         is_section = "$ref" in part or any("$ref" in arm for arm in part.get("anyOf", ()))
         if name in schema.get("required", ()) or draw.random() < (0.7 if is_section else WRITTEN):

@@ -30,6 +30,8 @@ FILES: Mapping[Way, str] = {
     ("auvs", "groups", EACH, "route", "files"): "tracks",
     ("asvs", "formation", "files"): "tracks",
     ("survey", "area"): "charts",
+    ("survey", "land"): "charts",
+    ("survey", "keep_out"): "charts",
     ("environment", "ctd"): "casts",
     ("acoustics", "hf", "channel", "file"): "curves",
     ("acoustics", "mf", "channel", "file"): "curves",

@@ -151,10 +151,6 @@ SMALL_METRES = [[-70, -50], [70, -50], [70, 50], [-70, 50], [-70, -50]]
             r"holds 2 polygons \('a'; '1'\); name the one to be surveyed in survey.area_name",
         ),
         (
-            {"type": "Polygon", "coordinates": [RING, RING]},
-            r"has 1 hole; an area has none",
-        ),
-        (
             feature({"type": "Polygon", "coordinates": [SWAPPED]}),
             r"position 0: latitude 150.18 is beyond 90 deg: latitude and longitude are swapped; "
             r"write \[longitude, latitude\]",

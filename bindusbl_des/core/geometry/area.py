@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 Point = tuple[float, float]
+# A polygon: its outer ring, and the rings of the holes in it, x and y (m).
+Rings = tuple[tuple[Point, ...], ...]
 
 # Polygons smaller than this (m, m2) are mistakes: two points given twice, degrees for metres.
 LEAST_ACROSS, LEAST_AREA = 0.1, 0.01
@@ -35,14 +37,6 @@ class Box(NamedTuple):
     y_min: float
     x_max: float
     y_max: float
-
-    @property
-    def corners(self) -> tuple[Point, ...]:
-        """The four corners, going round once."""
-        return (
-            (self.x_max, self.y_max), (self.x_max, self.y_min),
-            (self.x_min, self.y_min), (self.x_min, self.y_max),
-        )  # fmt: skip
 
     def beyond(self, x: float, y: float) -> float:
         """Return how far (m) a place lies beyond the nearest line of an edge, negative inside.
@@ -79,7 +73,8 @@ class Area:
     """A simple polygon: its corners (m) in a frame of its own, which is turned by an angle (rad).
 
     Made by :func:`rectangle` or :func:`polygon`.  A rectangle's own frame has its axes along the
-    sides, so that what is planned in it does not depend on how it is turned.
+    sides, so that what is planned in it does not depend on how it is turned.  Polygons of its own
+    frame are `closed`, land or water where nobody goes; with any it is no rectangle.
 
     >>> rectangle(300.0, 200.0).square_m, polygon([(0, 0), (60, 0), (0, 80)]).square_m
     (60000.0, 2400.0)
@@ -88,32 +83,35 @@ class Area:
     corners: tuple[Point, ...]
     turn: float
     is_rectangle: bool
+    closed: tuple[Rings, ...] = ()
 
     @cached_property
     def outline(self) -> tuple[Point, ...]:
-        """The corners in the survey frame, going round once."""
+        """The corners in the survey frame, going round once, whatever of it is closed."""
         return tuple(turned(corner, self.turn) for corner in self.corners)
 
     @cached_property
     def box(self) -> Box:
         """The bounds in the survey frame."""
-        return bounds(self.outline)
+        return Box(*self.shape.bounds) if self.closed else bounds(self.outline)
 
     @property
     def side(self) -> float | None:
-        """The side of a square about the origin along the axes; None for any other area."""
+        """The side of a square about the origin along the axes, of which nothing is closed; None
+        for any other area.
+        """
         box = bounds(self.corners)
         is_square = box.x_max == box.y_max == -box.x_min == -box.y_min
         return 2 * box.x_max if self.is_rectangle and is_square and self.turn == 0.0 else None
 
     @property
     def square_m(self) -> float:
-        """How large it is (m2)."""
-        return _moments(self.outline)[0]
+        """How large it is (m2), without what is closed."""
+        return float(self.shape.area) if self.closed else _moments(self.outline)[0]
 
     @cached_property
     def centroid(self) -> Point:
-        """Its centre of gravity, x and y (m): of a rectangle, which lies about it, the origin."""
+        """The centre of gravity of its outline, x and y (m): of a rectangle the origin."""
         return (0.0, 0.0) if self.is_rectangle else _moments(self.outline)[1]
 
     @cached_property
@@ -122,7 +120,9 @@ class Area:
         if self.is_rectangle:
             box = bounds(self.corners)
             return max(box.x_max - box.x_min, box.y_max - box.y_min)
-        return max(_sides(self.shape))
+        import shapely
+
+        return max(_sides(shapely.Polygon(self.outline)))
 
     @property
     def farthest(self) -> float:
@@ -133,18 +133,25 @@ class Area:
     def words(self) -> str:
         """What it is, in words."""
         if not self.is_rectangle:
-            return f"{plain_area(self.square_m)}, a polygon of {len(self.corners)} corners"
+            without = " without land or water where nobody goes" if self.closed else ""
+            corners = len(self.corners)
+            return f"{plain_area(self.square_m)}, a polygon of {corners} corners{without}"
         box = bounds(self.corners)
         size_x, size_y = box.x_max - box.x_min, box.y_max - box.y_min
         sides = f"{size_x:g} m" if size_x == size_y else f"{size_x:g} m by {size_y:g} m"
         return f"{sides}, turned by {math.degrees(self.turn):g} deg" if self.turn else sides
 
     @cached_property
-    def shape(self) -> "shapely.Polygon":
-        """It as shapely's, in the survey frame."""
+    def shape(self) -> "shapely.Geometry":
+        """It as shapely's, in the survey frame, without what is closed."""
         import shapely
 
-        return shapely.Polygon(self.outline)
+        whole = shapely.Polygon(self.outline)
+        if not self.closed:
+            return whole
+        left = shapely.difference(whole, solid(_turned(self.closed, self.turn)))
+        parts = [part for part in shapely.get_parts(left) if part.geom_type == "Polygon"]
+        return shapely.union_all(parts)  # what only touches is no area
 
     def along(self, heading: float) -> "Area":
         """Return it as seen in a frame whose x axis has a heading (rad).
@@ -153,9 +160,22 @@ class Area:
         Box(x_min=-15.0, y_min=-10.0, x_max=15.0, y_max=10.0)
         """
         if heading == self.turn:
-            return Area(self.corners, 0.0, self.is_rectangle)
+            return Area(self.corners, 0.0, self.is_rectangle, self.closed)
         corners = tuple(turned(corner, self.turn - heading) for corner in self.corners)
-        return Area(corners, 0.0, False)
+        return Area(corners, 0.0, False, _turned(self.closed, self.turn - heading))
+
+    def without(self, closed: tuple[Rings, ...]) -> "Area":
+        """Return it with polygons of the survey frame closed.
+
+        Raises:
+            ValueError: when they leave nothing of it.
+        """
+        found = Area(self.corners, self.turn, False, _turned(closed, -self.turn))
+        if found.shape.area < LEAST_AREA:
+            raise ValueError(
+                "land, and water where nobody goes, cover all of it; is their place right?"
+            )
+        return found
 
     def beyond(self, x: float, y: float) -> float:
         """Return how far (m) a place is outside; 0 or less inside.
@@ -203,6 +223,21 @@ class Area:
         return list(zip(left.tolist(), right.tolist(), strict=True))
 
 
+def solid(polygons: Sequence[Rings]) -> "shapely.Geometry":
+    """Return polygons together as shapely's, with their holes."""
+    import shapely
+
+    return shapely.union_all([shapely.Polygon(outer, holes) for outer, *holes in polygons])
+
+
+def _turned(polygons: tuple[Rings, ...], angle: float) -> tuple[Rings, ...]:
+    """Return polygons turned about the origin by an angle (rad)."""
+    return tuple(
+        tuple(tuple(turned(corner, angle) for corner in ring) for ring in rings)
+        for rings in polygons
+    )
+
+
 def plain_area(square_m: float) -> str:
     """Return an area (m2) as one says it.
 
@@ -227,8 +262,8 @@ def vertices(count: int, radius: float, angle_rad: float) -> list[Point]:
 
 def rectangle(size_x: float, size_y: float, turn: float = 0.0) -> Area:
     """Return the rectangle about the origin of two sides (m), turned by an angle (rad)."""
-    box = Box(-size_x / 2, -size_y / 2, size_x / 2, size_y / 2)
-    return Area(box.corners, turn, True)
+    x, y = size_x / 2, size_y / 2
+    return Area(((x, y), (x, -y), (-x, -y), (-x, y)), turn, True)
 
 
 def polygon(corners: Sequence[Point]) -> Area:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ...support.facts import Facts, fact
 from ...support.plugins import PluginError
-from ..geometry.area import Area, polygon, rectangle, vertices
+from ..geometry.area import Area, Rings, polygon, rectangle, vertices
 from . import families
 from .families import (
     BroadcasterTraits,
@@ -30,6 +30,7 @@ from .sections.placements import OwnPlacement
 from .sections.routes import Lawnmower, OwnRoute, RouteTraits
 
 if TYPE_CHECKING:
+    from ..geometry.land import Land
     from ..geometry.lanes import Share
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
@@ -140,20 +141,71 @@ class Site(Facts):
 
     @fact
     def area(self) -> Area:
-        """The area to be surveyed (m, survey frame).
+        """The area to be surveyed (m, survey frame), without land, and water where nobody goes.
 
         Raises:
-            ValueError: when its polygon is none, saying why.
+            ValueError: when its polygon is none, saying why; with the key before it where land is
+                none, or leaves nothing.
         """
         survey = self.scenario.survey
         turn = math.radians(survey.rotation_deg)
         if survey.polygon_m is not None:
-            return polygon(survey.polygon_m)
-        if survey.size_m is not None:
-            return rectangle(*survey.size_m, turn)
-        if survey.side_m is not None:
-            return rectangle(survey.side_m, survey.side_m, turn)
-        return polygon(in_metres(survey.corners_deg, self._known_ground))
+            whole = polygon(survey.polygon_m)
+        elif survey.size_m is not None:
+            whole = rectangle(*survey.size_m, turn)
+        elif survey.side_m is not None:
+            whole = rectangle(survey.side_m, survey.side_m, turn)
+        else:
+            whole = polygon(in_metres(survey.corners_deg, self._known_ground))
+        if survey.land is survey.keep_out is survey.area is None or self.closed is None:
+            return whole
+        try:
+            return whole.without(self.closed.polygons)
+        except ValueError as error:
+            named = [name for name in ("land", "keep_out", "area") if getattr(survey, name)]
+            raise ValueError(f"survey.{named[0]}: {error}") from None
+
+    @fact
+    def land(self) -> "Land | None":
+        """Land (m, survey frame): holes of the area's file, and `survey.land`; None without.
+
+        Raises:
+            ValueError: when a polygon of it is none, saying which and why.
+        """
+        survey = self.scenario.survey
+        if survey.land is survey.area is None:
+            return None
+        holes = tuple(
+            (self._shore("survey.area", hole),)
+            for _, *rings in survey.charted("area")
+            for hole in rings
+        )
+        return _land((*holes, *self._polygons("land")))
+
+    @fact
+    def closed(self) -> "Land | None":
+        """Land, and water where nobody goes (m, survey frame); None without.  Errors are those of
+        `land`.
+        """
+        land = self.land.polygons if self.land else ()
+        return _land((*land, *self._polygons("keep_out")))
+
+    def _polygons(self, name: str) -> tuple[Rings, ...]:
+        """Return the polygons (m) that `survey.land` or `survey.keep_out` says."""
+        given, key = getattr(self.scenario.survey, name), f"survey.{name}"
+        if isinstance(given, str):
+            charted = self.scenario.survey.charted(name)
+            return tuple(tuple(self._shore(key, ring) for ring in rings) for rings in charted)
+        return tuple((_ring(f"{key}.{n}", corners),) for n, corners in enumerate(given or ()))
+
+    def _shore(self, key: str, ring: tuple[Position, ...]) -> tuple[Point, ...]:
+        """Return a ring of a chart at a key (m), latitude and longitude (deg)."""
+        if self.ground is None:
+            raise ValueError(
+                f"{key}: is a chart, and nothing says where on Earth x = y = 0 is; add "
+                "environment.origin.lat_deg and lon_deg"
+            )
+        return _ring(key, in_metres(ring, self.ground))
 
     def lanes_heading_rad(self, wing: Wing) -> float:
         """Return the heading (rad, from +x to +y) of the frame in which lanes are planned."""
@@ -672,6 +724,27 @@ class Site(Facts):
         if (x, y) == (0.0, 0.0):
             return tuple(places)
         return tuple((x + north, y + east) for north, east in places)
+
+
+def _land(polygons: tuple[Rings, ...]) -> "Land | None":
+    """Return polygons (m) as land; None where there are none."""
+    if not polygons:
+        return None
+    from ..geometry.land import Land  # which brings numba, and few scenarios need
+
+    return Land(polygons)
+
+
+def _ring(key: str, corners: Sequence[Point]) -> tuple[Point, ...]:
+    """Return the corners (m) of a ring at a key.
+
+    Raises:
+        ValueError: naming the key, when they make no polygon.
+    """
+    try:
+        return polygon(corners).corners
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None
 
 
 def _centroid(corners: tuple[Position, ...]) -> Position:

@@ -229,10 +229,19 @@ def _counted(shapes: list[Shape]) -> str:
     return ", ".join(counted(kinds.count(kind), kind) for kind in dict.fromkeys(kinds)) or "nothing"
 
 
-@of_file(64)
 def read_area(path: str, crs: str = "", name: str = "") -> tuple[Degrees, ...]:
-    """Return the corners, latitude and longitude (deg), of the only polygon in a chart, or of the
-    one with a `name`; a polygon without a name has its number from 0 instead.
+    """Return the corners of :func:`read_rings`, whatever holes they have in them."""
+    return read_rings(path, crs, name)[0]
+
+
+# A polygon: its corners, and those of each hole in it, latitude and longitude (deg).
+RingsDeg = tuple[tuple[Degrees, ...], ...]
+
+
+@of_file(64)
+def read_rings(path: str, crs: str = "", name: str = "") -> RingsDeg:
+    """Return the only polygon in a chart, or the one with a `name`, with its holes; a polygon
+    without a name has its number from 0 instead.
 
     Without any polygon it is the only line that ends where it begins.  Points and other lines do
     not count.
@@ -241,12 +250,13 @@ def read_area(path: str, crs: str = "", name: str = "") -> tuple[Degrees, ...]:
         BadChart: naming file, place in it and remedy.
     """
     area = _chosen(path, read_polygons(path, crs), name)
-    if area.holes:
-        raise BadChart(
-            f"{area.where}: has {counted(len(area.holes), 'hole')}; an area has none: draw it "
-            "without, lanes cross what lies within"
-        )
-    return area.corners
+    return area.corners, *area.holes
+
+
+@of_file(64)
+def read_land(path: str, crs: str = "") -> tuple[RingsDeg, ...]:
+    """Return all polygons in a chart, with their holes; errors are those of :func:`read_rings`."""
+    return tuple((shape.corners, *shape.holes) for shape in read_polygons(path, crs))
 
 
 def _chosen(path: str, areas: list[Shape], name: str) -> Shape:

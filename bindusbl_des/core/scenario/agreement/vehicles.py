@@ -49,7 +49,10 @@ def _shape(site: Site) -> Iterator[Problem]:
     try:
         _ = site.area
     except ValueError as error:
-        yield Problem(f"survey.{shapes[0]}", str(error))
+        key, _, message = str(error).partition(": ")
+        if not key.startswith("survey."):
+            key, message = f"survey.{shapes[0]}", str(error)
+        yield Problem(key, message, ("environment.origin", "survey.land", "survey.keep_out"))
 
 
 def _fleet(site: Site) -> Iterator[Problem]:

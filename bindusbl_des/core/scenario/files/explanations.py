@@ -20,6 +20,7 @@ from ..part_choice import SIGNS
 ROUTE: Path = ("auvs", "route")
 FORMATION: Path = ("asvs", "formation")
 GROUPS: Path = ("auvs", "groups")
+POLYGONS: tuple[Path, ...] = (("survey", "land"), ("survey", "keep_out"))
 
 # What people write behind a number, and by how much that is to be multiplied for a key's own unit.
 FACTORS = {
@@ -98,7 +99,8 @@ def guessed_kind(route: Mapping[str, Any]) -> str:
 
 def _path(location: tuple[str | int, ...]) -> Path:
     """Return the path in the file of an error; pydantic names the arm of a union in it."""
-    parts = [part for part in _chosen(location) if len(location) > part]
+    ends = [2] if location[:2] in POLYGONS else _chosen(location)
+    parts = [part for part in ends if len(location) > part]
     return (*location[: parts[0]], *location[parts[0] + 1 :]) if parts else location
 
 
@@ -250,7 +252,7 @@ def _range(row: Key | None) -> str:
 
 def _list_words(row: Key | None, path: Path) -> str:
     """Return what should stand at a path into nested lists: each index takes off one "list of"."""
-    words = row.kind.removesuffix(", or null") if row else "a list"
+    words = row.kind.removesuffix(", or null").rpartition("text, or ")[2] if row else "list"
     for _ in range(sum(isinstance(part, int) for part in path)):
         words = words.removeprefix("list of ")
     return words if words.startswith("[") else f"a {words}"

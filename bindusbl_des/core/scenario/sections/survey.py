@@ -2,11 +2,15 @@
 or until its survey is flown.
 """
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import (
+    Discriminator,
     Field,
     PlainSerializer,
+    PrivateAttr,
+    Tag,
     ValidationInfo,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
@@ -20,9 +24,20 @@ from ..key_types import PAPER, Part, Point, Position, Real, Text, key
 
 Side = Annotated[Real, Field(ge=0.1, le=1e5)]
 Depth = Annotated[Real, Field(ge=0, le=11e3)]
+PositionRings = tuple[tuple[Position, ...], ...]
+
+# Polygons, or a file of them
+Polygons = Annotated[
+    Annotated[Text, Tag("file")] | Annotated[tuple[tuple[Point, ...], ...], Tag("polygons")],
+    Discriminator(lambda value: "file" if isinstance(value, str) else "polygons"),
+]
 
 # Keys each of which says what the area is; the first of them unless another is given.
 SHAPES = ("side_m", "size_m", "polygon_m", "polygon_deg", "area")
+
+
+# Keys that name charts of polygons
+CHARTS = ("area", "land", "keep_out")
 
 
 class Survey(Part):
@@ -61,6 +76,15 @@ class Survey(Part):
         "shapefile, GeoPackage, DXF, QGroundControl .plan; relative to the scenario file; x and y "
         "are about environment.origin, or else about its centroid",
     )
+    land: Polygons | None = key(
+        None,
+        "",
+        "land beside that in holes of the area: polygons, each a list of corners [x, y] in m, or a "
+        "chart of them as for the area; no vehicle goes there, and no sound passes it",
+    )
+    keep_out: Polygons | None = key(
+        None, "", "the same of water where no vehicle goes, such as a fairway; sound passes it"
+    )
     depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
     depths_m: tuple[Depth, ...] | None = key(
         None, "m", "depth of each AUV; null = depth_m for all of them"
@@ -72,15 +96,15 @@ class Survey(Part):
         "the spacing of the lanes",
     )
 
-    # Corners, latitude and longitude (deg), of the polygon, as it was given or read.
-    _corners_deg: tuple[Position, ...] = ()
+    # Polygons by their keys, latitude and longitude (deg), as they were given or read
+    _charted: Mapping[str, tuple[PositionRings, ...]] = PrivateAttr(default_factory=dict)
 
-    @field_validator("area")
+    @field_validator("area", "land", "keep_out")
     @classmethod
-    def _readable(cls, file: str | None, others: ValidationInfo) -> str | None:
-        if file is not None:
-            _read(file, others.data.get("crs"), others.data.get("area_name"))
-        return file
+    def _readable(cls, given: Any, others: ValidationInfo) -> Any:
+        if isinstance(given, str):
+            _read(others.field_name or "", given, others.data)
+        return given
 
     @model_validator(mode="after")
     def _one_shape(self) -> "Survey":
@@ -88,16 +112,25 @@ class Survey(Part):
         given = [name for name in SHAPES[1:] if getattr(self, name) is not None]
         if given and "side_m" not in self.model_fields_set:
             self.__dict__["side_m"] = None
-        if self.area is not None:
-            self._corners_deg = _read(self.area, self.crs, self.area_name)
-        elif self.polygon_deg is not None:
-            self._corners_deg = self.polygon_deg
+        keys = {name: getattr(self, name) for name in ("crs", "area_name", *CHARTS)}
+        files = [name for name in CHARTS if isinstance(keys[name], str)]
+        charted = {name: _read(name, keys[name], keys) for name in files}
+        if self.area is None and self.polygon_deg is not None:
+            charted["area"] = ((self.polygon_deg,),)
+        self._charted = charted
         return self
 
     @property
     def corners_deg(self) -> tuple[Position, ...]:
         """The corners of the polygon, latitude and longitude (deg); none of an area in metres."""
-        return self._corners_deg
+        area = self.charted("area")
+        return area[0][0] if area else ()
+
+    def charted(self, name: str) -> tuple[PositionRings, ...]:
+        """Return the polygons at a key, `area`, `land` or `keep_out`, each its corners and those of
+        each hole in it, latitude and longitude (deg); none that are in metres.
+        """
+        return self._charted.get(name, ())
 
     @property
     def shapes(self) -> tuple[str, ...]:
@@ -114,11 +147,13 @@ class Survey(Part):
         return self.depths_m[auv] if self.depths_m else self.depth_m
 
 
-def _read(file: str, crs: str | None, name: str | None) -> tuple[Position, ...]:
-    from ....models.charts.areas import read_area  # which other surveys do not need
+def _read(key: str, file: str, others: Mapping[str, Any]) -> tuple[PositionRings, ...]:
+    """Return the polygons of the chart at a key, by what others say of it."""
+    from ....models.charts.areas import read_land, read_rings  # not for other surveys
 
+    crs, name = others.get("crs") or "", others.get("area_name") or ""
     try:
-        return read_area(file, crs or "", name or "")
+        return (read_rings(file, crs, name),) if key == "area" else read_land(file, crs)
     except ValueError as error:
         raise PydanticCustomError("file", "{message}", {"message": str(error)}) from None
 

@@ -1,0 +1,115 @@
+"""Land, which no sound passes, and water where nobody goes.
+
+Polygons in the survey frame: x north, y east (m), seen from above: land reaches down to the bottom.
+Shores belong to the water: what only touches land is not on it, and a path along a shore does not
+cross it.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...support.arrays import Flags, Floats
+from ...support.facts import cached_property
+from .area import Point, Rings, solid
+from .crossing import crossing, holding
+
+if TYPE_CHECKING:
+    import shapely
+
+# What is less far (m) within a shore is on it: rounding.
+SHORE = 1e-6
+
+# Discs are polygons of four times so many corners.
+QUARTER = 90
+
+
+@dataclass(frozen=True)
+class Land:
+    """Polygons, each its outer ring and the rings of the lakes in it, x and y (m).
+
+    >>> island = Land(((((10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (10.0, 5.0)),),))
+    >>> island.crossed([(0.0, 0.0)], [(30.0, 0.0), (30.0, 18.0), (0.0, 30.0)]).tolist()
+    [[True, False, False]]
+    """
+
+    polygons: tuple[Rings, ...]
+
+    @cached_property
+    def shape(self) -> "shapely.Geometry":
+        """All of it as shapely's."""
+        return solid(self.polygons)
+
+    @cached_property
+    def edges(self) -> Floats:
+        """The edges (n, 4) of what is not a shore: x and y (m) of one end, and of the other."""
+        rings = [ring for polygon in self.within(SHORE).polygons for ring in polygon]
+        sides = [np.hstack((corners, np.roll(corners, -1, axis=0))) for corners in rings]
+        return np.concatenate([np.empty((0, 4)), *sides])
+
+    def within(self, shore: float) -> "Land":
+        """Return what of it is farther than this (m) from its shores.
+
+        A path that crosses that crosses land still, if its ends are up to so far from where they
+        are taken to be.
+        """
+        import shapely
+
+        left = shapely.get_parts(shapely.buffer(self.shape, -shore, join_style="mitre"))
+        rings = [shapely.get_rings(part) for part in left if not part.is_empty]
+        corners = [[shapely.get_coordinates(ring)[:-1].tolist() for ring in own] for own in rings]
+        return Land(tuple(tuple(tuple(map(tuple, ring)) for ring in own) for own in corners))
+
+    def crossed(self, here: ArrayLike, there: ArrayLike) -> Flags:
+        """Tell of the straight path from each place (n, 2 or more) to each other (m, 2 or more), m,
+        whether it crosses land, (n, m).
+        """
+        return crossing(_rows(here), _rows(there), self.edges)
+
+    def shadow(self, place: Point, reach: float) -> "shapely.Geometry":
+        """Return what of the disc of a reach (m) about a place its land hides from there, and it.
+
+        Behind an edge lies what the edge becomes when it is moved away from the place, in the same
+        directions, to beyond the reach.
+        """
+        import shapely
+
+        ends = self.edges.reshape(-1, 2, 2) - place
+        along = ends[:, 1] - ends[:, 0]
+        lengths = np.maximum(np.hypot(*along.T), SHORE)
+        off = abs(ends[:, 0, 0] * along[:, 1] - ends[:, 0, 1] * along[:, 0]) / lengths
+        near = off > SHORE  # what is seen from its end hides nothing
+        ends, stretched = ends[near], np.maximum(1.01 * reach / off[near], 1.0)
+        behind = ends[:, ::-1] * stretched[:, None, None]
+        hidden = shapely.polygons(np.concatenate((ends, behind), axis=1) + place)
+        disc = shapely.Point(place).buffer(reach, quad_segs=QUARTER)
+        return shapely.intersection(shapely.union_all([self.shape, *hidden]), disc)
+
+    def met(self, here: Point, there: Point) -> tuple[float, float]:
+        """Return how far (m) from a place, on the way from another to it, land begins and ends.
+
+        Raises ValueError where that way crosses none.
+        """
+        import shapely
+
+        ashore = shapely.intersection(self.shape, shapely.LineString([here, there]))
+        ways = np.hypot(*(shapely.get_coordinates(ashore) - there).T)
+        return float(ways.min()), float(ways.max())
+
+    def holds(self, points: ArrayLike) -> Flags:
+        """Tell of each point (n, 2 or more), m, whether it is on land, (n,)."""
+        return holding(_rows(points), self.edges)
+
+    def ashore(self, x: float, y: float) -> float:
+        """Return how far (m) the nearest water is from a place; 0 on the water."""
+        import shapely
+
+        if not self.holds([(x, y)])[0]:
+            return 0.0
+        return float(shapely.distance(self.shape.boundary, shapely.Point(x, y)))
+
+
+def _rows(points: ArrayLike) -> Floats:
+    return np.ascontiguousarray(points, dtype=np.float64)
