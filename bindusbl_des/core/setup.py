@@ -264,6 +264,8 @@ class Setup(Sensors):
         starts = np.array([vehicle.at(0.0)[:3] for vehicle in fleet])
         station = np.array([[*self.stations_m[asv], 0.0]])
         heard = hearing(starts, station, self.hf_band.reach, self.hf_band.slant)[:, 0]
+        if self.land is not None:
+            heard &= ~self.land.crossed(starts, station)[:, 0]
         names = [f"AUV{auv}" for auv in np.flatnonzero(heard)]
         return f", at first within HF range of {', '.join(names) or 'no AUV'}"
 

@@ -3,8 +3,9 @@ that no protocol could better.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -180,7 +181,7 @@ def coverage(
         say("\n".join(_told(found)))
         signs = "none (.), one (o), several ASVs (#)"
         say(f"\nHalf the pings or more heard by {signs}; north is up, east to the right:")
-        say("\n".join(coverage_map(setup.area, stations, heard)))
+        say("\n".join(coverage_map(setup.area, stations, heard, land=setup.land)))
     if figure:
         from ..figures.coverage import coverage_figure
         from ..figures.style import TWO_COLUMNS, save, styled
@@ -198,8 +199,9 @@ def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") 
     from ...core.geometry.coverage import covered_by_rings, covering_radius
     from ...core.geometry.formation import corner_distance, formation_radius_bound
 
-    scenario = setup.scenario
+    scenario, land = setup.scenario, setup.land
     area, hf_range = setup.area, scenario.acoustics.hf.range_m
+    covered = partial(covered_by_rings, area, stations, land=land)
     try:
         bound = formation_radius_bound(area.side, hf_range) if area.side else None
     except ValueError:  # the HF range is below half the side
@@ -219,19 +221,19 @@ def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") 
         "worst_corner_m": corner_distance(area, stations),
         "formation_radius_bound_m": bound,
         "covering_radius_m": covering_radius(area, stations),
-        "covered_area": covered_by_rings(area, stations, heard),
-        **_by_slant(setup, stations),
+        "covered_area": covered(heard),
+        "behind_land": covered_by_rings(area, stations, heard) - covered(heard) if land else None,
+        **_by_slant(setup, covered),
         **_chances(setup, stations),
         **_directions(setup),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
 
 
-def _by_slant(setup: "Setup", stations: Stations) -> dict[str, Any]:
+def _by_slant(setup: "Setup", covered: "Callable[[Rings], float]") -> dict[str, Any]:
     """Return how far (m), seen from above, the HF range would reach as a slant range, and which
-    share of the area; None where it is one, or differs little.
+    share of the area is `covered` then; None where it is one, or differs little.
     """
-    from ...core.geometry.coverage import covered_by_rings
     from ...core.setup import Setup
     from ..preflight.band_warnings import steep
     from ..preflight.fix_chance import heard_rings
@@ -242,8 +244,8 @@ def _by_slant(setup: "Setup", stations: Stations) -> dict[str, Any]:
     hf = bands.hf.model_copy(update={"range_metric": "slant"})
     other = scenario.model_copy(update={"acoustics": bands.model_copy(update={"hf": hf})})
     by_slant = Setup.of(other)
-    covered = covered_by_rings(setup.area, stations, heard_rings(by_slant))
-    return {"slant_reach_m": by_slant.horizontal_reach_m, "slant_covered_area": covered}
+    share = covered(heard_rings(by_slant))
+    return {"slant_reach_m": by_slant.horizontal_reach_m, "slant_covered_area": share}
 
 
 def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
@@ -316,6 +318,8 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     what = "where half are decoded" if by_range and not by_sound else "the HF range"
     yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
     yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
+    if (hidden := found["behind_land"]) is not None:
+        yield f"{'behind land':<26}{100 * hidden:>9.2f} % within that, and not heard all the same"
     if (mean := found["fix_chance_mean"]) is not None:
         least = 100 * found["fix_chance_least"]
         yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"

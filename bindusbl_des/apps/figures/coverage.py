@@ -12,8 +12,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 
-from ...core.geometry.area import Area
-from ...core.geometry.coverage import covered_area, is_within, loneliest_point
+from ...core.geometry.coverage import covered_by_rings, is_within, loneliest_point
 from ...core.geometry.formation import keep_station
 from ...core.geometry.geodesy import east_north
 from ...core.scenario.site import NoStations
@@ -84,11 +83,11 @@ def coverage_figure(
     """
     scenario = setup.scenario
     figure = new_figure(width, width + 0.95)
-    axes, area = figure.add_subplot(), setup.area
+    axes = figure.add_subplot()
     stations, reach = known or setup.stations_m, setup.horizontal_reach_m
-    covered = covered_area(area, stations, reach)
+    covered = covered_by_rings(setup.area, stations, [(0.0, reach)], setup.land)
     chance = _draw_chance(axes, setup, stations)
-    _draw_area(axes, area, stations, reach, plain=chance is None)
+    _draw_area(axes, setup, stations, reach, plain=chance is None)
     handles: list[Artist] = [
         Patch(fc=HF, alpha=0.25, label=f"heard: {100 * covered:.1f} % of the survey"),
         Patch(fc=UNHEARD, label="heard by no ASV"),
@@ -97,8 +96,8 @@ def coverage_figure(
         handles = [Line2D([], [], color=INK, lw=0.7, ls="--", label=_ring_label(scenario, covered))]
         bar = figure.colorbar(chance, ax=axes, fraction=0.046, pad=0.03)
         bar.set_label("chance that a ping makes a fix which is delivered (1)")
-    handles.append(_draw_corners(axes, area, stations))
-    handles.append(_draw_loneliest(axes, area, stations, reach))
+    handles.append(_draw_corners(axes, setup, stations))
+    handles.append(_draw_loneliest(axes, setup, stations, reach))
     if unheard is not None:
         label = f"pings in nobody's range: {len(unheard)}"
         handles += axes.plot(
@@ -134,9 +133,9 @@ def _draw_chance(axes: Axes, setup: Setup, stations: Points) -> AxesImage | None
     return shaded
 
 
-def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain: bool) -> None:
+def _draw_area(axes: Axes, setup: Setup, stations: Points, reach: float, *, plain: bool) -> None:
     """Draw survey, ASVs and HF circles; `plain` with what these cover, on the ground of nothing."""
-    ground, outline = UNHEARD if plain else "none", east_north(area.outline)
+    ground, outline = UNHEARD if plain else "none", east_north(setup.area.outline)
     axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=0.8, zorder=0.5, label="survey"))
     east, north = east_north(stations).T
     places = list(zip(east.tolist(), north.tolist(), strict=True))
@@ -159,10 +158,10 @@ def _draw_area(axes: Axes, area: Area, stations: Points, reach: float, *, plain:
     axes.scatter(east, north, s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
-def _draw_corners(axes: Axes, area: Area, stations: Points) -> Artist:
+def _draw_corners(axes: Axes, setup: Setup, stations: Points) -> Artist:
     """Join each corner to its nearest ASV and say how far that is."""
-    places, middle = east_north(stations), east_north(area.centroid)
-    for corner in east_north(area.outline):
+    places, middle = east_north(stations), east_north(setup.area.centroid)
+    for corner in east_north(setup.area.outline):
         x, y = np.where(corner < middle, -1, 1)
         distances = np.hypot(*(places - corner).T)
         nearest = places[distances.argmin()]
@@ -174,9 +173,9 @@ def _draw_corners(axes: Axes, area: Area, stations: Points) -> Artist:
     return Line2D([], [], color=INK, lw=0.6, label="corner to nearest ASV")
 
 
-def _draw_loneliest(axes: Axes, area: Area, stations: Points, reach: float) -> Artist:
+def _draw_loneliest(axes: Axes, setup: Setup, stations: Points, reach: float) -> Artist:
     """Mark the point farthest from all ASVs: its distance is the covering radius."""
-    x, y = loneliest_point(area, stations)
+    x, y = loneliest_point(setup.area, stations)
     radius = min(float(np.hypot(x - a, y - b)) for a, b in stations)
     verdict = "within" if is_within(radius, reach) else "beyond"
     axes.plot([y], [x], "D", color=ALARM, ms=5, mfc="none", label="loneliest")

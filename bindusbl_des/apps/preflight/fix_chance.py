@@ -373,10 +373,12 @@ def _decoded(setup: Setup, band: str, auvs: Floats, asvs: Floats) -> Floats:
     """
     section, channel = setup.scenario.acoustics.bands[band], _channel(setup, band)
     if channel is not None:
-        return _through(channel, setup, band, auvs, asvs)
-    away = _apart(auvs, asvs)
-    counted = away if section.range_metric == "slant" else _apart(auvs, asvs, axes=2)
-    return np.where(counted <= section.range_m, _on_disc(setup, band, away), 0.0)
+        found = _through(channel, setup, band, auvs, asvs)
+    else:
+        away = _apart(auvs, asvs)
+        counted = away if section.range_metric == "slant" else _apart(auvs, asvs, axes=2)
+        found = np.where(counted <= section.range_m, _on_disc(setup, band, away), 0.0)
+    return found if setup.land is None else np.where(setup.land.crossed(auvs, asvs), 0.0, found)
 
 
 def _on_disc(setup: Setup, band: str, away: Floats) -> Floats:

@@ -114,15 +114,19 @@ def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySig
     broken = np.zeros((len(times), 1, asvs.shape[1]), dtype=np.bool_)
     for failure in scenario.asvs.failures:
         broken[[failure.lasts(time) for time in times.tolist()], 0, failure.asv] = True
-    heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & ~broken
+    clear = np.broadcast_to(~broken, slant.shape)
+    if setup.land is not None:
+        blocked = map(setup.land.crossed, auvs, asvs)
+        clear = clear & ~np.stack(list(blocked))
+    heard = ((slant if hf.range_metric == "slant" else level) <= hf.range_m) & clear
     away = np.where(broken, np.inf, slant)
-    reached = ((slant if mf.range_metric == "slant" else level) <= mf.range_m) & ~broken
-    pings = _chances(setup, slant, heard, ~broken, "hf", ping_chance)
-    frames = _chances(setup, slant, reached, ~broken, "mf", frame_chance)
+    reached = ((slant if mf.range_metric == "slant" else level) <= mf.range_m) & clear
+    pings = _chances(setup, slant, heard, clear, "hf", ping_chance)
+    frames = _chances(setup, slant, reached, clear, "mf", frame_chance)
     at_best = made_and_delivered(setup, pings, frames, away)[0]
     if not scenario.protocol.asvs_ping:  # the shortest frames are lost least
         shortest = partial(frame_chance, fixes=1)
-        at_best = at_best * _chances(setup, slant, reached, ~broken, "mf", shortest).max(axis=2)
+        at_best = at_best * _chances(setup, slant, reached, clear, "mf", shortest).max(axis=2)
     return SurveySights(times, heard, reached, away, pings, frames, at_best)
 
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...support.arrays import Flags, Floats
 from .area import Area, Point, rectangle
 from .formation import distances, stations
+from .land import QUARTER, Land
 
 # Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
 MICROMETRES = 6
@@ -164,8 +165,11 @@ def covered_area(survey: Area | float, asvs: ArrayLike, hf_range: float) -> floa
     for cell, place in _cells(area, asvs):
         for part in shapely.get_parts(cell):
             if part.geom_type == "Polygon":
-                ring = shapely.get_coordinates(part.exterior) - place
-                covered += abs(_ring_in_range(ring, reach))
+                outer, *holes = (
+                    abs(_ring_in_range(shapely.get_coordinates(ring) - place, reach))
+                    for ring in (part.exterior, *part.interiors)
+                )
+                covered += outer - sum(holes)
     return min(max(covered / area.square_m, 0.0), 1.0)
 
 
@@ -182,17 +186,26 @@ def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
     return _heard_by(points, asvs, [(0.0, _reach(hf_range))]) > 0
 
 
-def covered_by_rings(area: Area, asvs: ArrayLike, rings: Sequence[tuple[float, float]]) -> float:
+def covered_by_rings(
+    area: Area, asvs: ArrayLike, rings: Sequence[tuple[float, float]], land: Land | None = None
+) -> float:
     """Return the fraction of an area between whose distances (m) from an ASV, of pairs in `rings`,
-    it lies: exact for one circle, else for polygons of 360 corners instead of circles.
+    it lies, with no land between: exact for one circle without any, else for polygons of 360
+    corners instead of circles.
     """
-    if len(rings) == 1 and rings[0][0] == 0.0:
+    if land is None and len(rings) == 1 and rings[0][0] == 0.0:
         return covered_area(area, asvs, rings[0][1])
     places = shapely.points(stations(asvs))
     heard = [
-        shapely.difference(*(shapely.buffer(places, edge, quad_segs=90) for edge in (end, begin)))
+        shapely.difference(
+            *(shapely.buffer(places, edge, quad_segs=QUARTER) for edge in (end, begin))
+        )
         for begin, end in rings
     ]
+    if land is not None:
+        reach = max((end for _, end in rings), default=0.0)
+        hidden = [land.shadow((x, y), reach) for x, y in stations(asvs).tolist()]
+        heard = [shapely.difference(own, hidden) for own in heard]
     inside = shapely.intersection(shapely.union_all(heard), area.shape)
     return float(shapely.area(inside)) / area.square_m
 
@@ -202,9 +215,10 @@ def coverage_map(
     asvs: ArrayLike,
     heard_between: float | Sequence[tuple[float, float]],
     columns: int = 48,
+    land: Land | None = None,
 ) -> list[str]:
     """Return the survey as lines of text: what no ASV, one ASV or several ASVs hear: up to a range
-    (m), or between the distances of pairs.
+    (m), or between the distances of pairs, with no `land` between.
 
     North (x) is up, east (y) to the right.  A cell shows its middle: '.' heard by none, 'o' by one,
     '#' by several, ' ' outside the survey; ASVs within its bounds appear as their number, '*' from
@@ -237,7 +251,7 @@ def coverage_map(
     points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     if isinstance(heard_between, int | float):
         heard_between = [(0.0, _reach(heard_between))]
-    heard = _heard_by(points, asvs, heard_between)
+    heard = _heard_by(points, asvs, heard_between, land)
     heard[~area.contains(points.reshape(-1, 2)).reshape(heard.shape)] = -1
     signs = (UNCOVERED, ONCE, SEVERAL, OUTSIDE)
     cells = [[signs[min(count, 2)] for count in row] for row in heard.tolist()]
@@ -253,9 +267,14 @@ def coverage_map(
 
 
 def _heard_by(
-    points: ArrayLike, asvs: ArrayLike, rings: Sequence[tuple[float, float]]
+    points: ArrayLike,
+    asvs: ArrayLike,
+    rings: Sequence[tuple[float, float]],
+    land: Land | None = None,
 ) -> NDArray[np.intp]:
-    """Return how many ASVs hear each point, between the distances (m) of pairs."""
+    """Return how many ASVs hear each point, between the distances (m) of pairs, with no land
+    between.
+    """
     array = np.asarray(points, dtype=np.float64)
     if array.ndim < 1 or array.shape[-1] != 2:
         raise ValueError(
@@ -267,6 +286,9 @@ def _heard_by(
         heard: Flags = np.zeros(away.shape, bool)
         for begin, end in rings:
             heard |= (away >= begin) & (away <= end)
+        if land is not None:
+            some = places[first : first + BLOCK]
+            heard &= ~land.crossed(array.reshape(-1, 2), some).reshape(heard.shape)
         count += heard.sum(axis=-1, dtype=np.intp)
     return count
 

@@ -84,6 +84,7 @@ def inputs_of(setup: Setup) -> Inputs:
         _navigator(setup),
         tuple(approximations(setup)),
         tuple(_others(setup)),
+        setup.land,
     )
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....core.geometry.land import Land
 from ....core.scenario import families
 from ....support.arrays import Floats
 
@@ -235,6 +236,7 @@ class Inputs:
     navigator: PredictedNavigator
     approximations: tuple[str, ...] = ()
     others: tuple[OtherDrift, ...] = ()
+    land: Land | None = None
 
     @property
     def navigators(self) -> list[tuple[list[int], PredictedNavigator]]:

@@ -75,6 +75,10 @@ def sights(inputs: Inputs, places: Floats, stations: Floats) -> ExpectedSights:
     in_range = counted <= inputs.hf.range_m
     heard = _chance(inputs.hf, level, slant)
     delivered = _chance(inputs.mf, level, slant)
+    if inputs.land is not None:
+        blocked = inputs.land.crossed(places.reshape(-1, 2), stations).reshape(level.shape)
+        for found in (in_range, heard, delivered):
+            found[blocked] = 0
     return ExpectedSights(level, slant, in_range, heard, delivered)
 
 
