@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 INDENT = 15
 
+# Outcomes of what never came near: it was too far away, or land was between.
+UNREACHED = ("out_of_range", "blocked")
+
 # A distance this near to a limit (m) is told with all its digits.
 MOST_DIGITS = 6
 
@@ -177,6 +180,18 @@ def too_fast(result: "Result", band: str, ends: tuple[str, str], time: float) ->
     return (
         f"the way between {one} and {other} changes by some {rate:+.2f} m/s, and more than "
         f"{limit:g} m/s either way is lost to Doppler (doppler_limit_m_per_s)"
+    )
+
+
+def behind(result: "Result", auv: str, asv: str, time: float) -> str:
+    """Tell what land was between an AUV and an ASV at an instant (s)."""
+    (x, y), (a, b) = (place(result, name, time)[:2].tolist() for name in (auv, asv))
+    land, away = result.setup.land, math.dist((x, y), (a, b))
+    assert land is not None, "without land nothing is blocked"
+    begin, end = land.met((x, y), (a, b))
+    return (
+        f"{auv} is behind land: on the {away:.1f} m from {asv} that begins after {begin:.1f} m, "
+        f"and ends after {end:.1f} m"
     )
 
 

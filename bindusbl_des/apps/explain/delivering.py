@@ -9,9 +9,11 @@ import numpy as np
 from ...core.results.round_timeline import uplink_slots
 from ...support.wording import plus_minus
 from .chain import (
+    UNREACHED,
     LatencyPart,
     Step,
     apart,
+    behind,
     compared,
     failed,
     failed_at,
@@ -39,7 +41,7 @@ def known_at(result: "Result", fix: Any) -> float:
     if result.setup.downlink.replies:
         return float(fix.broadcast_at_s)
     met = rows_where(result.tables["receptions"], ping=fix.ping)
-    reached = met[met.outcome != "out_of_range"]
+    reached = met[~met.outcome.isin(UNREACHED)]
     return float(reached.arrived_at_s.max()) + result.scenario.acoustics.hf.ping_s
 
 
@@ -195,6 +197,8 @@ def _reached(result: "Result", fix: Any) -> str:
     """Tell from how far away an AUV decodes the frame with its fix, or why it does not."""
     mf, away, missed = result.scenario.acoustics.mf, _away(result, fix), why_missed(result, fix)
     beyond, ends = fix.outcome == "out_of_range", mf.traits.ends_at_range
+    if fix.outcome == "blocked":
+        return missed
     if fix.outcome == "collided":
         return f"the frame is {missed}"
     if not ends and not (missed and _met(result, fix).why in ("failed", "failed_meanwhile")):
@@ -216,6 +220,8 @@ def _met(result: "Result", fix: Any) -> Any:
 
 def why_missed(result: "Result", fix: Any) -> str:
     """Tell why the AUV of a fix has not decoded the frame with it; "" if it has, or may yet."""
+    if fix.outcome == "blocked":
+        return behind(result, fix.auv, fix.broadcast_by, fix.broadcast_at_s)
     if fix.outcome not in ("out_of_range", "lost", "collided"):
         return ""
     mf, met, asv = result.scenario.acoustics.mf, _met(result, fix), fix.broadcast_by

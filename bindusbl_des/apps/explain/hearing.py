@@ -13,6 +13,7 @@ import numpy as np
 from .chain import (
     Step,
     apart,
+    behind,
     compared,
     failed_at,
     known,
@@ -83,6 +84,8 @@ def _decided(result: "Result", reception: Any, away: float) -> tuple[str, str]:
         passive = result.scenario.protocol.asvs_ping
         when = failed_at(result, asv, (sent if passive else begin) + hf.ping_s)
         return "loses it", f"{asv} {when}, while it {'pinged' if passive else 'was hearing it'}"
+    if outcome == "blocked":
+        return "hears nothing", behind(result, str(reception.auv), asv, sent)
     if outcome == "out_of_range":
         what = "is too far away" if hf.traits.ends_at_range else "hears nothing"
         return what, (near or f"it is {hf.beyond}") + on_its_way(result, asv, begin)
@@ -238,6 +241,8 @@ def why_unanswered(result: "Result", ping: Any) -> str:
         return f"the mission ends before {auv} answers"
     if ping.call_why == "failed_meanwhile":
         return f"{asv} {failed_at(result, asv, ping.called_at_s + hf.ping_s)}, while it called"
+    if ping.call == "blocked":
+        return behind(result, auv, asv, ping.called_at_s)
     if ping.call == "out_of_range":
         return f"{auv} is {away:.1f} m away, {hf.beyond}"
     if ping.call == "collided":

@@ -4,7 +4,7 @@ ping, by which AUVs fix themselves (ranging passive).
 
 from typing import TYPE_CHECKING, Any
 
-from .chain import Chain, LatencyPart, Step, failed, known, row_of, rows_where
+from .chain import UNREACHED, Chain, LatencyPart, Step, failed, known, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, forwarding, latency, why_missed
 from .hearing import is_sent, receptions, why_unanswered
@@ -85,13 +85,17 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
     outcomes = list(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
     if "heard" in outcomes or "in_flight" in outcomes:
         return "in_flight", "no fix: the mission ends while the ping is under way"
-    if all(outcome == "out_of_range" for outcome in outcomes):
+    if set(outcomes) <= {*UNREACHED}:
         beyond = result.scenario.acoustics.hf.beyond
+        if "blocked" in outcomes:
+            behind = outcomes.count("blocked")
+            others = f", the others are {beyond}" if behind < len(outcomes) else ""
+            return "blocked", f"no fix: land is between {ping.auv} and {behind} ASVs{others}"
         beyond += " or has failed" if failed(result, ping.sent_at_s) else ""
         return "out_of_range", f"no fix: every ASV is {beyond}"
     destroyed = [word for word in ("lost", "collided") if word in outcomes]
     words = [f"{word} at {outcomes.count(word)}" for word in destroyed]
-    near = sum(outcome != "out_of_range" for outcome in outcomes)
+    near = sum(outcome not in UNREACHED for outcome in outcomes)
     return destroyed[0], f"no fix: {' and '.join(words)} of {near} ASVs in range"
 
 
@@ -108,6 +112,8 @@ def _shared(result: "Result", ping: Any, fixes: list[Any]) -> tuple[str, str]:
     for outcome, words in FATES.items():
         if outcome in set(met.outcome):
             return outcome, f"no fix: {words}"
+    if "blocked" in set(met.outcome):
+        return "blocked", f"no fix: land is between {ping.asv} and every AUV in range"
     beyond = result.scenario.acoustics.hf.beyond
     who = "the AUV is" if result.scenario.auvs.count == 1 else "every AUV is"
     return "out_of_range", f"no fix: {who} {beyond}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.results.round_timeline import uplink_slots
 from ...support.wording import counted
-from .chain import Step, Why, apart, failed, known, lines, place, row_of, rows_where
+from .chain import UNREACHED, Step, Why, apart, failed, known, lines, place, row_of, rows_where
 from .hearing import is_sent, why_unanswered
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def _companions(result: "Result", ping: Any) -> str:
 
 def _in_range(result: "Result", ping: int) -> set[str]:
     met = rows_where(result.tables["receptions"], ping=ping)
-    return set(met.asv[met.outcome != "out_of_range"])
+    return set(met.asv[~met.outcome.isin(UNREACHED)])
 
 
 # Whose turn it is, by schedules that go by more than who hears whom
@@ -180,7 +180,7 @@ def _by_arrivals(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
         rows_where(result.tables["pings"], round=ping["round"]),
         result.tables["receptions"],
     )
-    met = met[met.ping.isin(pings.ping) & (met.outcome != "out_of_range")]
+    met = met[met.ping.isin(pings.ping) & ~met.outcome.isin(UNREACHED)]
     gaps = []
     for own in met[met.ping == ping.ping].itertuples():
         others = met[(met.asv == own.asv) & (met.arrived_at_s < own.arrived_at_s)]

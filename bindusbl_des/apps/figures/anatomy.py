@@ -33,6 +33,7 @@ ROW = 0.2  # inches
 # How the way of a ping is drawn, by its outcome; None: in the colour of its AUV
 WAYS: dict[str, tuple[str | None, str, float]] = {
     "out_of_range": ("#c8c8c8", ":", 0.6),
+    "blocked": ("#c8c8c8", ":", 0.6),
     "in_flight": ("#777777", ":", 1.0),
     "lost": ("#777777", "--", 1.0),
     "collided": (ALARM, "-", 1.0),

@@ -141,7 +141,9 @@ def _draw_fixes(
         got.delivered_at_s, got.auv.map(place), c=got.auv.map(colour_of), marker="v", s=22,
         lw=0, zorder=3, label="delivered",
     )  # fmt: skip
-    missed = fixes[(fixes.outcome == "out_of_range") & fixes.broadcast_at_s.between(*window)]
+    missed = fixes[
+        fixes.outcome.isin(["out_of_range", "blocked"]) & fixes.broadcast_at_s.between(*window)
+    ]
     axes.scatter(
         missed.broadcast_at_s, missed.auv.map(place), c=MF, marker="x", s=22, lw=1.0,
         zorder=3, label="beyond MF range",

@@ -31,7 +31,7 @@ def chances(
     There is a reception of each ping at each of so many AUVs, one after the other, and so a chance
     for each, in the same order.  It has the columns of its ping, but is that of the AUV.
     """
-    ping, near = receptions["ping"], receptions["outcome"] != "out_of_range"
+    ping, near = receptions["ping"], ~np.isin(receptions["outcome"], UNREACHED)
     rows = {name: column[ping] for name, column in pings.items()}
     rows |= {
         "auv": receptions["auv"],
@@ -57,6 +57,9 @@ def depth_at(times: Floats, depths: Floats, receptions: Columns) -> Floats:
 TRUTH = ("x_m", "y_m", "z_m", "yaw_rad")
 COVARIANCE = ("estimate_sd_x_m", "estimate_sd_y_m", "estimate_cov_xy_m2")
 OWN = ("estimate_x_m", "estimate_y_m", *COVARIANCE, "imu_x_m", "imu_y_m", "position_error_m")
+
+# Outcomes of what never came near: it was too far away, or land was between.
+UNREACHED = ("out_of_range", "blocked")
 
 # What can become of a ping, from the AUV's point of view; `fate` holds their numbers.
 FATES = ("delivered", "out_of_hf", "lost", "collided", "out_of_mf", "in_flight")
@@ -242,7 +245,7 @@ def _sent(result: "Result", one: str, sender: str) -> Iterator[tuple[NDArray[Any
     if f"{one}s" not in result.arrow:
         return
     sent, came = (numpy_columns(result.arrow[name]) for name in (f"{one}s", f"{one}_receptions"))
-    own = ~np.isnan(came[one].astype(np.float64)) & (came["outcome"] != "out_of_range")
+    own = ~np.isnan(came[one].astype(np.float64)) & ~np.isin(came["outcome"], UNREACHED)
     own &= ~np.isnan(came["arrived_at_s"].astype(np.float64))
     number = np.full(len(own), -1)
     number[own] = came[one][own].astype(np.int64)
@@ -267,6 +270,7 @@ def _fates(pings: int, receptions: Columns, fixes: Columns, of: Ints) -> Ints:
     codes = {
         "in_flight": IN_FLIGHT,
         "out_of_range": OUT_OF_MF,
+        "blocked": OUT_OF_MF,
         "lost": OUT_OF_MF,
         "collided": OUT_OF_MF,
         "delivered": DELIVERED,

@@ -11,7 +11,7 @@ from .envelope import error_envelope
 from .gaps import intervals, latencies, shown_until
 from .page import Packer
 from .possible import fields
-from .recording import FATES, Recording
+from .recording import FATES, UNREACHED, Recording
 
 if TYPE_CHECKING:
     from .gaps import Service
@@ -26,7 +26,7 @@ MOST_PLAN_POINTS = 30_000
 CENTIMETRE, MILLIMETRE, TENTH_OF_MS, CENTIRADIAN = 0.01, 0.001, 1e-4, 0.01
 
 OUTCOMES = ("heard", "lost", "collided", "in_flight")
-FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight", "lost", "collided")
+FIX_OUTCOMES = ("delivered", "out_of_range", "in_flight", "lost", "collided", "blocked")
 
 
 def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer) -> dict[str, Any]:
@@ -203,7 +203,7 @@ def _calls(pings: dict[str, NDArray[Any]], kept: NDArray[np.bool_], packer: Pack
 def _receptions(mission: Recording, kept: NDArray[np.bool_], packer: Packer) -> dict[str, Any]:
     """Pack the receptions in range of pings that are kept; `ping` counts the kept ones."""
     receptions = mission.receptions
-    shown = kept[receptions["ping"]] & (receptions["outcome"] != "out_of_range")
+    shown = kept[receptions["ping"]] & ~np.isin(receptions["outcome"], UNREACHED)
     shown &= np.isfinite(receptions["arrived_at_s"])  # nothing arrives of pings not sent (twtt)
     number = np.cumsum(kept) - 1
     return {

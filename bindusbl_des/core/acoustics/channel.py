@@ -198,7 +198,7 @@ class OwnChannel:
             )
         parts = {name: self._part(name, value, signals, when) for name, value in given.items()}
         chance = parts["chance"]
-        drawn = np.empty(chance.shape, PROSPECT)
+        drawn = np.zeros(chance.shape, PROSPECT)
         drawn["loss"], drawn["snr_db"] = 1.0 - chance, nan
         drawn["sound"], drawn["late_s"] = chance > 0, 0.0
         if "level_db" in parts:

@@ -6,13 +6,15 @@ from operator import attrgetter
 from typing import Any
 
 from ...support.plugins import Family, is_plugin
+from ..geometry.land import Land
 from ..scenario.families import CHANNEL, MF_CHANNEL
 from ..scenario.part_choice import settings_of, shipped_part
 from ..scenario.sections.acoustics import Loss, UplinkSection
 from ..scenario.site import Site
 from .asking import Asking, as_sold
-from .channel import AskedChannel, own_channel
+from .channel import NO_LOSS, AskedChannel, own_channel
 from .loss import COMBINERS, LossTerms, contention_loss, loss_law
+from .shadows import AskedDisc, shadowed
 from .sonar_equation import SoundMessage, timing_sd_s
 from .sound_settings import Sound
 
@@ -46,6 +48,17 @@ def frame_channel(site: Site) -> FrameChannel | None:
         return channel
 
     channel_of(mf.fix_bytes, 1.0)  # mistakes are raised before the mission
+    return channel_of
+
+
+def in_shadow(channel: FrameChannel | None, slant: bool, land: Land) -> FrameChannel:
+    """Return the channel of frames, None: the disc, in a sea with land."""
+
+    @cache
+    def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
+        disc = AskedDisc(NO_LOSS, slant)
+        return shadowed(channel(size_bytes, airtime_s) if channel else disc, land)
+
     return channel_of
 
 

@@ -9,10 +9,11 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from ...support.arrays import Floats, Ints
+from ...support.arrays import Flags, Floats, Ints
 from ...support.compiled import compiled
 from ...support.packed import unpacked
 from ..records.events import (
+    BLOCKED,
     FAILED,
     FAILED_MEANWHILE,
     HEARD,
@@ -30,8 +31,10 @@ from .travel_time import NEARLY_THERE, distance, travel_time_to
 # A channel's answer about a signal: its loss probability if nothing overlaps it; its SNR (dB, or
 # NaN); its strength where it overlaps others, as intensity in units of the noise (0: too weak to
 # matter, 1: no levels are known); and how much later (s) it arrives than on a straight ray at the
-# speed of sound (negative: sooner).
-PROSPECT = np.dtype([("loss", "f8"), ("snr_db", "f8"), ("sound", "f8"), ("late_s", "f8")])
+# speed of sound (negative: sooner).  `blocked`: it never arrives, since land is between.
+PROSPECT = np.dtype(
+    [("loss", "f8"), ("snr_db", "f8"), ("sound", "f8"), ("late_s", "f8"), ("blocked", "i8")]
+)
 
 # The disc is compiled and answers no prospects.
 NO_PROSPECTS: Rows = np.empty((0, 0), PROSPECT)
@@ -73,16 +76,29 @@ class SignalPath(NamedTuple):
 @compiled
 def prospect(
     here: Place, there: Place, number: int, listener: int, way: SignalPath
-) -> tuple[bool, float, float, float]:
+) -> tuple[bool, float, float, float, int]:
     """Return whether a listener may decode a signal of sender `number` of its group, its strength
     there, its SNR (dB), and how much later (s) than on a straight ray it arrives, as of
-    :data:`PROSPECT`.
+    :data:`PROSPECT`; and why it is not decoded, if it is not.
     """
     if way.prospects.size:
         told = way.prospects[number, listener]
-        return bool(told.loss < 1.0), float(told.sound), float(told.snr_db), float(told.late_s)
+        why = BLOCKED if told.blocked else OUT_OF_RANGE
+        heard, sound = bool(told.loss < 1.0), float(told.sound)
+        return heard, sound, float(told.snr_db), float(told.late_s), why
     near = within(here, there, way.band.slant, way.band.reach)
-    return near, 1.0 if near else 0.0, nan, 0.0
+    return near, 1.0 if near else 0.0, nan, 0.0, OUT_OF_RANGE
+
+
+@compiled
+def all_within(auvs: Floats, asvs: Floats, slant: bool, reach: float) -> Flags:
+    """Return :func:`within` of positions (n, 3) and others (m, 3), m, shape (n, m)."""
+    near = np.empty((len(auvs), len(asvs)), np.bool_)
+    for i in range(len(auvs)):
+        here = auvs[i, 0], auvs[i, 1], auvs[i, 2], 0.0
+        for j in range(len(asvs)):
+            near[i, j] = within(here, (asvs[j, 0], asvs[j, 1], asvs[j, 2], 0.0), slant, reach)
+    return near
 
 
 @compiled
@@ -187,7 +203,7 @@ def _reach(
     ping.longest_s = 0.0
     for listener in range(len(places)):
         there = places[listener, 0], places[listener, 1], places[listener, 2], 0.0
-        heard, strength, snr_db, bent = prospect(here, there, number, listener, way)
+        heard, strength, snr_db, bent, why = prospect(here, there, number, listener, way)
         if heard or into.everything or strength > 0.0:
             if sure:
                 sent_at = ping.sent_at_s + bent
@@ -202,7 +218,7 @@ def _reach(
             _meet(line, ping.sent_at_s, straight, bent, way.band)
             line.loss = lost(line.slant_range_m, number, listener, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
-            line.why, line.overlapped_by = NONE if heard else OUT_OF_RANGE, NONE
+            line.why, line.overlapped_by = NONE if heard else why, NONE
             line.slow_range = nan
             line.sound, line.snr_db = strength, snr_db
             line.late_s = line.lowered = nan

@@ -15,6 +15,7 @@ from ...support.compiled import compiled
 from ...support.packed import Packed, unpacked
 from ...support.streams import Purpose, Streams, uniform
 from ..records.events import (
+    BLOCKED,
     BY_AUV_FRAME,
     BY_FRAME,
     BY_OWN_FRAME,
@@ -250,7 +251,7 @@ def spread_signal(
         if prospects.size:
             prospect = prospects[listener]
             chances[listener] = prospect.loss
-            if prospect.loss < 1.0 or prospect.sound > 0.0:
+            if prospect.loss < 1.0 or prospect.sound > 0.0 or prospect.blocked:
                 strengths[listener], lates[listener] = prospect.sound, prospect.late_s
         elif within(here, there, slant, reach):
             strengths[listener] = 1.0
@@ -260,7 +261,8 @@ def spread_signal(
         sound = sea.sounds[number]
         sound.loss = chances[sound.listener]
         if sound.loss >= 1.0:
-            sound.outcome, sound.why = OUT_OF_RANGE, OUT_OF_RANGE
+            is_blocked = prospects.size and prospects[sound.listener].blocked
+            sound.outcome, sound.why = OUT_OF_RANGE, BLOCKED if is_blocked else OUT_OF_RANGE
         elif uniform(keys[sound.listener], 0, nth, 0) < sound.loss:
             sound.outcome, sound.why = LOST, CHANCE
         if not sea.long and sound.listener >= sea.auvs.first.size - 1:  # may overlap pings at ASVs
@@ -303,7 +305,7 @@ def signal_outcome(
     """
     sound = sounds[row]
     if sound.outcome == OUT_OF_RANGE:
-        return OUT_OF_RANGE, OUT_OF_RANGE, NONE
+        return OUT_OF_RANGE, sound.why, NONE
     if sound.ended_at_s > time:
         return IN_FLIGHT, NONE, NONE
     if sound.outcome == LOST and sound.kind == BY_FRAME:

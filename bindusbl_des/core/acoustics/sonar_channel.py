@@ -222,7 +222,7 @@ class Listener:
             chance = chance_decoded(self.sonar, snr_db, self.message, self.threshold_db)
         else:
             chance = np.interp(snr_db, LOOKED_UP, self.chances)
-        out = np.empty(snr_db.shape, PROSPECT)
+        out = np.zeros(snr_db.shape, PROSPECT)
         out["loss"] = np.where(chance < SELDOM, 1.0, 1.0 - chance)
         out["snr_db"], out["late_s"] = snr_db, 0.0
         out["sound"] = self.loud(snr_db)

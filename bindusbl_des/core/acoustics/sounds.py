@@ -21,7 +21,7 @@ import numpy as np
 from ...support.arrays import Flags, Floats, Ints
 from ...support.compiled import compiled
 from ...support.packed import unpacked
-from ..records.events import IN_FLIGHT
+from ..records.events import BLOCKED, IN_FLIGHT
 from ..records.rows import NONE, Row, Rows, row_type
 from ..vehicles.motion import Motion, Place, velocity, where
 from .propagation import TOUCH, meet
@@ -231,7 +231,7 @@ def heard_meanwhile(
         sound = sea.sounds[row]
         if sound.sent_at_s + sea.sounds[count - 1].longest_s < since - TOUCH:
             break
-        if sound.listener == listener and sound.sent_at_s < time - TOUCH:
+        if sound.listener == listener and sound.sent_at_s < time - TOUCH and sound.why != BLOCKED:
             solve(sound, known, sea)
             if sound.arrived_at_s <= time + TOUCH and sound.ended_at_s > since + TOUCH:
                 spans[size, 0], spans[size, 1] = sound.arrived_at_s, sound.ended_at_s

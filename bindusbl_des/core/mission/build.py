@@ -11,6 +11,8 @@ import simpy
 
 from ...support.streams import Purpose, Streams
 from ..acoustics.bursts import pairs
+from ..acoustics.named_channels import in_shadow
+from ..acoustics.shadows import AskedDisc, shadowed
 from ..acoustics.travel_time import PASSED
 from ..navigation.gnss import GnssReceivers
 from ..navigation.navigators import Navigator
@@ -256,7 +258,7 @@ def _network(
         mf_slant=mf.range_metric == "slant",
         positions=PredictedPositions(
             auvs, asvs, uplink.band, protocol.conflict_margin_m, prediction_of(setup, launched),
-            record.fixes,
+            record.fixes, setup.land,
         ),
         estimates=known_of(setup, auvs, record),
         answers=answers,
@@ -338,14 +340,17 @@ def _on_hf(
     hf, bursts = setup.scenario.acoustics.hf, None
     if hf.burst_s is not None:
         bursts = pairs(hf.burst_s, streams, Purpose.BURST, len(auvs), len(asvs))
-    channel = setup.ping_channel or setup.ping_loss
-    band = setup.hf_band
-    return auvs, asvs, band, channel, streams, record, bursts, hf.doppler_limit_m_per_s
+    channel, band, land = setup.ping_channel or setup.ping_loss, setup.hf_band, setup.land
+    if land is not None:
+        channel = shadowed(setup.ping_channel or AskedDisc(setup.ping_loss, band.slant), land)
+    return auvs, asvs, band, channel, streams, record, bursts, hf.doppler_limit_m_per_s, land
 
 
 def frame_band(setup: Setup, streams: Streams) -> FrameBand:
     """Return what holds for all frames of the downlink."""
     channel, mf = setup.frame_channel, setup.scenario.acoustics.mf
+    if setup.land is not None:
+        channel = in_shadow(channel, mf.range_metric == "slant", setup.land)
     capture = math.inf if channel is None else channel(1, 1.0).receiver.capture
     counts = setup.scenario.auvs.count, setup.scenario.asvs.count
     return FrameBand(

@@ -8,7 +8,7 @@ import numpy as np
 from ...support.arrays import Floats, Ints
 from ...support.compiled import compiled
 from ..navigation.fix_update import SURE
-from ..records.events import COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
+from ..records.events import BLOCKED, COLLIDED, DELIVERED, IN_FLIGHT, LOST, OUT_OF_RANGE
 from ..records.rows import Row, Rows
 
 # numpy sums up to BLOCK numbers in eight columns, and more by halves.
@@ -158,7 +158,7 @@ def _count(metric: Row, fixes: Rows, own: Ints, scratch: Floats) -> DeliveredFix
                     place -= 1
                 scratch[5, place], scratch[6, place] = fix.delivered_at_s, fix.pinged_at_s
                 taken += 1
-        metric.fixes_out_of_range += fix.outcome == OUT_OF_RANGE
+        metric.fixes_out_of_range += fix.outcome in (OUT_OF_RANGE, BLOCKED)
         metric.fixes_lost += fix.outcome == LOST or fix.outcome == COLLIDED
         metric.fixes_in_flight += fix.outcome == IN_FLIGHT
     metric.fixes_delivered, metric.nis = n, mean(scratch[4, :judged])

@@ -6,11 +6,13 @@ from math import hypot, nan, pi, sqrt
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from ...support.arrays import Floats
 from ...support.compiled import compiled, inlined
 from ..protocol.network import hearers
 from ..records.events import (
+    BLOCKED,
     DOPPLER,
     FAILED,
     FAILED_MEANWHILE,
@@ -31,7 +33,7 @@ from .trajectories import beside, instants
 from .world import World
 
 # Reasons of receptions without a loss probability in their table
-NO_CHANCE = (OUT_OF_RANGE, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
+NO_CHANCE = (OUT_OF_RANGE, BLOCKED, FAILED, FAILED_MEANWHILE, UNANSWERED, DOPPLER)
 
 TRACK_POINT = row_type(TrackPoint)
 
@@ -48,12 +50,13 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     scenario, record = world.setup.scenario, world.record
     if scenario.record.detail == "summary":
         return {}
+    pings, frames = record.pings.rows, record.frame_receptions.rows
     tables = {
         "rounds": from_rows("rounds", record.rounds),
-        "pings": from_numbers("pings", record.pings.rows),
+        "pings": from_numbers("pings", _with_land(world, pings, "call", "call_why")),
         "receptions": _receptions_table(world),
         "broadcasts": from_numbers("broadcasts", world.broadcasts),
-        "frame_receptions": from_numbers("frame_receptions", record.frame_receptions.rows),
+        "frame_receptions": from_numbers("frame_receptions", _with_land(world, frames)),
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet), scenario.protocol.exchanges),
     }
@@ -86,7 +89,26 @@ def _receptions_table(world: World) -> pa.Table:
     levels = network.uplink.receiver.levels(rows["snr_db"])
     errors = lasting_errors(world.setup, network.outcomes.systematic, rows, record.pings.rows)
     chance = np.where(np.isin(rows["why"], NO_CHANCE), np.nan, rows["loss"])
-    return from_numbers("receptions", rows, {**levels, **errors, "loss_probability": chance})
+    told = {**levels, **errors, "loss_probability": chance}
+    unanswered = rows["why"] == UNANSWERED  # whose outcome is that of the call
+    unanswered &= record.pings.rows["call_why"][rows["ping"]] == BLOCKED
+    return from_numbers("receptions", _with_land(world, rows, also=unanswered), told)
+
+
+def _with_land(
+    world: World, rows: Rows, outcome: str = "outcome", why: str = "why",
+    also: NDArray[np.bool_] | None = None,
+) -> Rows:  # fmt: skip
+    """Return rows in which what land kept away, or is blocked `also` (n,), is told from what was
+    too far; to the mission both are out of range.
+    """
+    if world.setup.land is None:
+        return rows
+    rows = rows.copy()
+    rows[outcome][rows[why] == BLOCKED] = BLOCKED
+    if also is not None:
+        rows[outcome][also] = BLOCKED
+    return rows
 
 
 def _fixes_table(record: Recorder, asvs: int, exchanges: bool) -> pa.Table:
@@ -107,7 +129,7 @@ def _fixes_table(record: Recorder, asvs: int, exchanges: bool) -> pa.Table:
 def _heard_by(world: World, table: str, rows: Rows) -> pa.Table:
     """Return a table of receptions at any vehicle, with its name."""
     whose = {"listener": len(WORDS) + rows["vehicle"]}
-    return from_numbers(table, rows, whose, (*WORDS, *_names(world)))
+    return from_numbers(table, _with_land(world, rows), whose, (*WORDS, *_names(world)))
 
 
 def _names(world: World) -> list[str]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...support.arrays import Flags, Floats, Ints
 from ...support.compiled import compiled
 from ...support.packed import Packed, unpacked
-from ..acoustics.propagation import places_of, within
+from ..acoustics.propagation import all_within, places_of
 from ..vehicles.motion import Motion
 
 if TYPE_CHECKING:
@@ -37,22 +37,11 @@ SMALL_FLEET = 32
 
 
 def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Flags:
-    """Return which AUVs are within a reach (m) of which ASVs (:func:`within`), shape (AUVs, ASVs).
+    """Return which AUVs are within a reach (m) of which ASVs, shape (AUVs, ASVs).
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
     """
-    heard = np.empty((len(auvs), len(asvs)), dtype=np.bool_)
-    _hearing(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), reach, slant, heard)
-    return heard
-
-
-@compiled
-def _hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool, heard: Flags) -> None:
-    for i in range(len(auvs)):
-        here = auvs[i, 0], auvs[i, 1], auvs[i, 2], 0.0
-        for j in range(len(asvs)):
-            there = asvs[j, 0], asvs[j, 1], asvs[j, 2], 0.0
-            heard[i, j] = within(here, there, slant, reach)
+    return all_within(np.ascontiguousarray(auvs), np.ascontiguousarray(asvs), slant, reach)
 
 
 class Surveyed(NamedTuple):
@@ -85,7 +74,7 @@ class VehiclePositions:
 def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Flags) -> None:
     of = unpacked(packed, Surveyed)
     auvs[:], asvs[:] = places_of(of.auvs, time), places_of(of.asvs, time)
-    _hearing(auvs, asvs, of.reach, of.slant, heard)
+    heard[:] = all_within(auvs, asvs, of.slant, of.reach)
 
 
 def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer]:

@@ -23,6 +23,7 @@ from ...support.streams import Purpose, Streams
 from ..acoustics.messages import Message
 from ..acoustics.signals import ROUNDING, Sounds, luck_keys
 from ..records.events import (
+    BLOCKED,
     BY_AUV_FRAME,
     BY_OWN_FRAME,
     DELIVERED,
@@ -347,9 +348,8 @@ class Exchange(MfDownlink):
         fixes = self._fixes.rows
         never = np.flatnonzero((fixes["outcome"] == IN_FLIGHT) & (fixes["frame"] != NONE))
         received = self._received(fixes["frame"][never], fixes["auv"][never], time)
-        fixes["outcome"][never] = np.where(
-            received["outcome"] == HEARD, IN_FLIGHT, received["outcome"]
-        )
+        became = np.where(received["why"] == BLOCKED, BLOCKED, received["outcome"])
+        fixes["outcome"][never] = np.where(became == HEARD, IN_FLIGHT, became)
         super().close(time)
         self._record.services = [
             self._service(fix, outcome) for fix, outcome in enumerate(fixes["outcome"].tolist())

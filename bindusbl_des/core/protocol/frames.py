@@ -35,6 +35,7 @@ from ..acoustics.sounds import Sea, emit, place_of, solve
 from ..acoustics.travel_time import NEARLY_THERE, travel_time, travel_time_to
 from ..navigation.navigators import Navigator
 from ..records.events import (
+    BLOCKED,
     BURST,
     BY_FRAME,
     BY_OWN_FRAME,
@@ -222,6 +223,7 @@ class MfDownlink(Deliveries):
         )
         promised["why"] = np.where(promised["outcome"] == IN_FLIGHT, NONE, promised["outcome"])
         promised["why"][promised["outcome"] == LOST] = CHANCE if bursts is None else BURST
+        promised["why"][found["blocked"] > 0] = BLOCKED
         for name in ("loss", "sound", "late_s"):
             promised[name] = found[name]
         return promised
@@ -432,7 +434,7 @@ def begin_frame(
             promise = promised[sound.listener]
             sound.outcome, sound.why, sound.loss = promise.outcome, promise.why, promise.loss
         elif sound.sound == 0.0:
-            sound.outcome = OUT_OF_RANGE
+            sound.outcome = sound.why = OUT_OF_RANGE
         if on_air < airtime and sound.outcome != OUT_OF_RANGE:
             sound.outcome, sound.why = LOST, FAILED_MEANWHILE if on_air > 0.0 else FAILED
         if on_air == 0.0:
@@ -443,7 +445,7 @@ def begin_frame(
         line.broadcast_at_s, line.broadcast_by, line.arrives_at_s = time, asv, nan
         line.frame = number
         if sound.outcome != IN_FLIGHT:
-            line.outcome = sound.outcome
+            line.outcome = BLOCKED if sound.why == BLOCKED else sound.outcome
         elif foreseen:
             sent_at = time + airtime + sound.late_s
             travel = sound.late_s + travel_time_to(ends, auvs, line.auv, sent_at, sea.sound_speed)

@@ -42,11 +42,15 @@ from ..acoustics.propagation import (
     spread,
     within,
 )
+from ..acoustics.shadows import in_open_sea
 from ..acoustics.signals import Sounds, Spreading
 from ..acoustics.sonar_channel import ECHO, EchoingSonar
 from ..acoustics.sounds import DEAFENING, Sea, beyond, emit, interference, solve
 from ..acoustics.travel_time import PASSED, travel_time
+from ..geometry.crossing import crosses
+from ..geometry.land import Land
 from ..records.events import (
+    BLOCKED,
     BURST,
     BY_CALL,
     CHANCE,
@@ -62,6 +66,9 @@ from ..records.events import (
 from ..records.rows import CALLED, NONE, EventBuffer, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import places, where
+
+# The edges of no land
+NO_SHORES = np.empty((0, 4))
 
 # The call of a ping that answers none, and the ranging's default argument
 NO_CALL = np.array([(np.nan, NONE, NONE, NONE, np.nan)], dtype=CALLED)
@@ -86,8 +93,10 @@ class HfBand:
         record: Recorder,
         bursts: Rows | None = None,
         doppler_limit: float | None = None,
+        land: Land | None = None,
     ) -> None:
-        """Build the band.  `channel`: the disc's law of loss, or a channel that is asked.
+        """Build the band.  `channel`: the disc's law of loss, or a channel that is asked; where
+        there is `land`, one that knows of it.
 
         Pings and calls are lost in `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, if not
         None, and where the range changes faster than `doppler_limit` (m/s).
@@ -109,6 +118,7 @@ class HfBand:
         random = None if asked is None else streams.of(Purpose.CHANNEL, 0)
         #: How signals other than pings and calls propagate.
         self.spreading = Spreading(asked, loss, band.slant, band.reach, "hf", random, doppler_limit)
+        self._shores = NO_SHORES if land is None else land.edges
         self._may_fail = not (auvs.failures is None and asvs.failures is None)
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._is_sure = self.listeners is asvs or auvs.foreseen
@@ -121,7 +131,7 @@ class HfBand:
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         self._prospects: dict[int, Prospects] = {}  # by ping, where a channel was asked
         #: Echoes, where the channel has any, row by row of receptions, :data:`ECHO`.
-        has_echoes = isinstance(channel, EchoingSonar) and self.listeners is asvs
+        has_echoes = isinstance(in_open_sea(asked), EchoingSonar) and self.listeners is asvs
         self.echoes = EventBuffer(ECHO) if has_echoes else None
         #: Called in this order with pings that have just been sent: what makes senders deaf, sends
         #: data behind pings, or lets AUVs hear them; what waits for arrivals; what answers pings.
@@ -192,7 +202,7 @@ class HfBand:
         sounds.room_for(len(set(callers.tolist())) * sounds.vehicles)
         sounds.count = interrogate(
             self._spread_in.address, sounds.sea.address, auvs, callers, np.array(chances), time,
-            answers, sounds.count, self.receiver.capture, self.bursts,
+            answers, sounds.count, self.receiver.capture, self.bursts, self._shores,
         )  # fmt: skip
         of_calls = answers["call"], answers["call_why"], HEARD
         if self._asvs.failures is not None:
@@ -363,11 +373,13 @@ class HfBand:
         echoes: EventBuffer,
     ) -> None:  # fmt: skip
         """Write the echoes of pings from `first` on beside their receptions, the last on record."""
+        channel = in_open_sea(channel)
         assert isinstance(channel, EchoingSonar)
         pings, row = self._record.pings.rows, self._record.receptions.count - len(receptions)
         sent_at = float(pings["sent_at_s"][first])
         heard = channel.heard(self._signals(group, sent_at, False))[1]
         found = heard[receptions["ping"] - first, receptions["asv"]]
+        found["sound"][receptions["why"] == BLOCKED] = 0.0
         echoes.room_for(len(found))[row : row + len(found)] = found
         echoes.count = row + len(found)
         for name in ("late_s", "lowered"):
@@ -399,7 +411,7 @@ def _lose(outcomes: Ints, reasons: Ints, unless: int, cut: Flags, why: int) -> N
 @compiled
 def interrogate(
     packed: int, packed_sea: int, group: Ints, callers: Ints, chances: Floats, time: float,
-    answers: Rows, count: int, capture: float, bursts: Rows | None,
+    answers: Rows, count: int, capture: float, bursts: Rows | None, shores: Floats,
 ) -> int:  # fmt: skip
     """Let ASVs call the AUVs of a group at an instant (s), one for each; one call may name several.
 
@@ -408,13 +420,14 @@ def interrogate(
     its AUV may drown it.  A call is lost as a ping over the same path is: if its number of
     `chances` (n,), in [0, 1), or that of its `bursts`, is below the loss probability, as of
     :func:`.reception.resolve`.  `packed` is the address of a :class:`Spread`, `packed_sea` of a
-    :class:`Sea`; `capture` as of :class:`..acoustics.channel.Receiver`.
+    :class:`Sea`; `capture` as of :class:`..acoustics.channel.Receiver`, `shores` (n, 4) as of
+    :attr:`..geometry.land.Land.edges`.
     """
     into, sea, first = unpacked(packed, Spread), unpacked(packed_sea, Sea), count
     auvs, asvs, way, band = into.senders, into.listeners, into.way, into.way.band
     fleet = auvs.first.size - 1
     for caller in np.unique(callers):
-        count = _call(caller, time, count, into, sea)
+        count = _call(caller, time, count, into, sea, shores)
     for row in range(first, count):
         if sea.sounds[row].listener >= fleet:  # may overlap pings at ASVs
             solve(sea.sounds[row], inf, sea)
@@ -423,8 +436,8 @@ def interrogate(
         here, there = where(auvs, auv, time), where(asvs, caller, time)
         answer.called_at_s, answer.called_by = time, caller
         answer.call, answer.call_time_s = OUT_OF_RANGE, nan
-        answer.call_why = OUT_OF_RANGE
-        if not prospect(here, there, auv, caller, way)[0]:
+        near, _, _, _, answer.call_why = prospect(here, there, auv, caller, way)
+        if not near:
             continue
         row = first
         while sea.sounds[row].sender != fleet + caller or sea.sounds[row].listener != auv:
@@ -448,21 +461,28 @@ def interrogate(
 
 
 @compiled
-def _call(caller: int, time: float, count: int, into: Spread, sea: Sea) -> int:
+def _call(caller: int, time: float, count: int, into: Spread, sea: Sea, shores: Floats) -> int:
     """Let an ASV call at an instant (s): write the sounds; return how many there are then.
 
-    The call deafens its ASV and all ASVs within range of it, however strong pings are.
+    The call deafens its ASV and all ASVs within range of it that no land hides, however strong
+    pings are.
     """
     auvs, asvs, way, band = into.senders, into.listeners, into.way, into.way.band
     fleet, vessels = auvs.first.size - 1, asvs.first.size - 1
     strengths, lates = np.full(fleet + vessels, nan), np.zeros(fleet + vessels)
     there = where(asvs, caller, time)
     for auv in range(fleet):
-        heard, strength, _, lates[auv] = prospect(where(auvs, auv, time), there, auv, caller, way)
+        here = where(auvs, auv, time)
+        heard, strength, _, lates[auv], _ = prospect(here, there, auv, caller, way)
         if strength > 0.0 or heard:
             strengths[auv] = strength
     for asv in range(vessels):
-        if asv == caller or within(there, where(asvs, asv, time), band.slant, band.reach):
-            strengths[fleet + asv] = DEAFENING
+        here = where(asvs, asv, time)
+        if asv != caller and (
+            not within(there, here, band.slant, band.reach)
+            or crosses(there[0], there[1], here[0], here[1], shores)
+        ):
+            continue
+        strengths[fleet + asv] = DEAFENING
     lasts = band.duration
     return emit(sea, count, BY_CALL, caller, fleet + caller, time, lasts, strengths, lates)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...support.arrays import Flags, Floats
 from ..acoustics.propagation import SignalBand
+from ..geometry.land import Land
 from ..geometry.paths import Path
 from ..records.rows import EventBuffer, Rows
 from ..scenario.groups import Auv
@@ -155,8 +156,10 @@ class PredictedPositions:
         margin: float,
         prediction: Prediction | None,
         fixes: EventBuffer,
+        land: Land | None = None,
     ) -> None:
-        """An ASV hears AUVs within the reach of the HF band plus a margin (m).
+        """An ASV hears AUVs within the reach of the HF band plus a margin (m), but for those behind
+        land, wherever within that margin they are.
 
         Without a `prediction` the fleet knows the truth.
         """
@@ -164,6 +167,7 @@ class PredictedPositions:
         self._reach = band.reach + margin
         self._survey = VehiclePositions(Surveyed(auvs.motion, asvs.motion, self._reach, band.slant))
         self._prediction, self._fixes, self._noted = prediction, fixes, 0
+        self._land = None if land is None else land.within(margin)
 
     @property
     def follow_fixes(self) -> bool:
@@ -186,6 +190,8 @@ class PredictedPositions:
             heard = hearing(auvs, asvs, self._reach, self._slant)
         if failed := self._asvs.failed(time):
             heard[:, failed] = False
+        if self._land is not None:
+            heard &= ~self._land.crossed(auvs, asvs)
         return auvs, asvs, heard
 
     def within(self, reach: float, slant: bool, time: float) -> Flags:

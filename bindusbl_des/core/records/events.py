@@ -25,8 +25,8 @@ def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> 
 
 
 # Outcomes of receptions and fixes; a buffer stores the index of the word.
-OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered")
-HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED = range(6)
+OUTCOMES = ("heard", "out_of_range", "lost", "collided", "in_flight", "delivered", "blocked")
+HEARD, OUT_OF_RANGE, LOST, COLLIDED, IN_FLIGHT, DELIVERED, BLOCKED = range(7)
 
 # Reasons why a signal was not decoded, beside out of range; indices go on behind the outcomes.
 REASONS = (
@@ -35,10 +35,10 @@ REASONS = (
     *("auv_frame", "packet", "own_packet", "doppler"),
 )
 WORDS = (*OUTCOMES, *REASONS)
-FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(6, 11)
-BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(11, 17)
-BY_SIGNAL, BY_OWN_SIGNAL, BY_AUV_FRAME, BY_PACKET, BY_OWN_PACKET = range(17, 22)
-DOPPLER = 22
+FAILED, FAILED_MEANWHILE, UNANSWERED, CHANCE, BURST = range(7, 12)
+BY_PING, BY_ECHO, BY_CALL, BY_FRAME, BY_OWN_FRAME, BY_OWN_PING = range(12, 18)
+BY_SIGNAL, BY_OWN_SIGNAL, BY_AUV_FRAME, BY_PACKET, BY_OWN_PACKET = range(18, 23)
+DOPPLER = 23
 
 # Columns with reasons, and columns of systematic errors of a measurement
 TOLD_WHY = ("why", "overlapped_by", "loss_probability")
@@ -52,7 +52,11 @@ NORTH, AHEAD, DOWN = "from north towards east", "from ahead towards starboard", 
 
 # Columns that several tables have: unit and meaning
 COMES_AT = "s", "instant at which it begins there; null if it did not by the end"
-BECAME = "", "heard, out_of_range (a sound, but not decoded), lost, collided or in_flight"
+BECAME = (
+    "",
+    "heard, out_of_range (a sound, but not decoded), blocked (by land), lost, collided or "
+    "in_flight",
+)
 LISTENER = "", "vehicle at which it arrives"
 CHANCE_LOST = "1", "how likely it was lost, had nothing overlapped it"
 INNOVATION = "m", "horizontal length of the innovation"
@@ -106,17 +110,19 @@ class Ping:
     called_at_s: float | None = column("s", "instant at which it was called (twtt, polling)", None)
     called_by: int | None = column("", "ASV that called it (twtt, polling)", None)
     call: str | None = column(
-        "", "what became of the call: heard (it answers), out_of_range, lost, collided, in_flight",
+        "",
+        "what became of the call: heard (it answers), out_of_range, blocked (by land), lost, "
+        "collided, in_flight",
         None,
-    )  # fmt: skip
+    )
     asv: int | None = column("", "ASV that pinged (passive)", None)
     waited_s: float | None = column("s", "how long its AUV held back, hearing pings (csma)", None)
     call_why: str | None = column(
         "",
-        "why the AUV did not decode the call: out_of_range, chance, burst (lost with those "
-        "before), doppler (the way changed too fast), failed_meanwhile (its ASV, as it called), "
-        "call, ping, packet or signal (that overlapped it), own_ping, own_packet or own_signal "
-        "(the AUV sent it meanwhile)",
+        "why the AUV did not decode the call: out_of_range, blocked, chance, burst (lost with "
+        "those before), doppler (the way changed too fast), failed_meanwhile (its ASV, as it "
+        "called), call, ping, packet or signal (that overlapped it), own_ping, own_packet or "
+        "own_signal (the AUV sent it meanwhile)",
         None,
     )
 
@@ -134,10 +140,11 @@ class Reception:
     slant_range_m: float = column("m", "distance of that way")
     travel_time_s: float = column("s", "one-way travel time")
     outcome: str = column(
-        "", "heard, out_of_range (or its ASV had failed), lost (or it failed meanwhile), collided "
-        "or in_flight; without a ping, its call's",
+        "",
+        "heard, out_of_range (or its ASV had failed), blocked (land is between), lost (or it "
+        "failed meanwhile), collided or in_flight; without a ping, its call's",
         "in_flight",
-    )  # fmt: skip
+    )
     snr_db: float | None = column(
         "dB",
         "signal-to-noise ratio in the band, with this ping's shadowing once it is decided; null "
@@ -164,10 +171,11 @@ class Reception:
     )
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, failed (its ASV, before it came), failed_meanwhile "
-        "(passive: as it pinged), unanswered (no call made the AUV ping), chance, burst (lost with "
-        "those before), doppler (the way changed faster than doppler_limit_m_per_s), or what "
-        "overlapped it: ping, packet, echo, call, own_frame (that the ASV sent)",
+        "why it was not decoded: out_of_range, blocked, failed (its ASV, before it came), "
+        "failed_meanwhile (passive: as it pinged), unanswered (no call made the AUV ping), chance, "
+        "burst (lost with those before), doppler (the way changed faster than "
+        "doppler_limit_m_per_s), or what overlapped it: ping, packet, echo, call, "
+        "own_frame (that the ASV sent)",
         None,
     )
     overlapped_by: int | None = column(
@@ -250,8 +258,9 @@ class Fix:
     nis: float | None = column(*NIS, None)
     outcome: str = column(
         "",
-        "delivered, out_of_range, lost (not decoded: acoustics.mf.channel; or its ASV failed as it "
-        "broadcast it), collided (its frame, at the AUV) or in_flight",
+        "delivered, out_of_range, blocked (land is between), lost (not decoded: "
+        "acoustics.mf.channel; or its ASV failed as it broadcast it), collided (its frame, at the "
+        "AUV) or in_flight",
         "in_flight",
     )
     azimuth_deg: float | None = column(
@@ -341,9 +350,9 @@ class AuvFrameReception:
     outcome: str = column(*BECAME)
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, chance, doppler, failed_meanwhile (the ASV that "
-        "listens), auv_frame or frame (that overlapped it), own_frame or own_ping (the listener "
-        "sent it meanwhile)",
+        "why it was not decoded: out_of_range, blocked, chance, doppler, failed_meanwhile (the "
+        "ASV that listens), auv_frame or frame (that overlapped it), own_frame or own_ping (the "
+        "listener sent it meanwhile)",
     )
     overlapped_by: int | None = column(
         "1", "number of the strongest that overlapped it; of a frame its row of broadcasts"
@@ -378,8 +387,8 @@ class SignalReception:
     outcome: str = column(*BECAME)
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, chance, doppler, failed_meanwhile (one of both "
-        "ASVs failed), ping, signal, call or own_frame (that overlapped it), own_ping or "
+        "why it was not decoded: out_of_range, blocked, chance, doppler, failed_meanwhile (one "
+        "of both ASVs failed), ping, signal, call or own_frame (that overlapped it), own_ping or "
         "own_signal (it sent itself meanwhile)",
     )
     overlapped_by: int | None = column(
@@ -485,13 +494,17 @@ class FrameReception:
         "s", "instant at which the frame's front is there; null if it was not by the end", None
     )
     outcome: str = column(
-        "", "heard, out_of_range, lost (or its ASV failed), collided or in_flight", "in_flight"
+        "",
+        "heard, out_of_range, blocked (land is between), lost (or its ASV failed), collided or "
+        "in_flight",
+        "in_flight",
     )
     why: str | None = column(
         "",
-        "why it was not decoded: out_of_range, failed (its ASV, before), failed_meanwhile, chance, "
-        "burst (lost with those before), doppler (the way changed too fast), frame or auv_frame "
-        "(of an ASV or AUV, overlapped it), own_ping or own_frame (the AUV sent meanwhile)",
+        "why it was not decoded: out_of_range, blocked, failed (its ASV, before), "
+        "failed_meanwhile, chance, burst (lost with those before), doppler (the way changed too "
+        "fast), frame or auv_frame (of an ASV or AUV, overlapped it), own_ping or own_frame "
+        "(the AUV sent meanwhile)",
         None,
     )
     overlapped_by: int | None = column(

@@ -30,7 +30,9 @@ class AuvMetrics:
     )
     fixes: int = column("1", "fixes made", worst=SMALLEST)
     fixes_delivered: int = column("1", "fixes that reached the AUV", worst=SMALLEST)
-    fixes_out_of_range: int = column("1", "fixes broadcast beyond MF range", worst=LARGEST)
+    fixes_out_of_range: int = column(
+        "1", "fixes broadcast beyond MF range, or behind land", worst=LARGEST
+    )
     fixes_lost: int = column(
         "1", "fixes broadcast that the AUV could have decoded, but did not", worst=LARGEST
     )

@@ -52,7 +52,7 @@ class CurveChannel:
 
         from ...core.acoustics.propagation import PROSPECT
 
-        out = np.empty(signals.ranges.shape, PROSPECT)
+        out = np.zeros(signals.ranges.shape, PROSPECT)
         out["loss"] = 1.0 - np.interp(signals.ranges, self.ranges, self.ratios, right=0.0)
         out["snr_db"], out["late_s"] = math.nan, 0.0
         out["sound"] = signals.ranges <= self.audible_m

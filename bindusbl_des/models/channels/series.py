@@ -74,7 +74,7 @@ class SeriesChannel:
                 ends = auv, -1 - asv
                 link = ends[::-1] if signals.calling else ends
                 found[row, column] = self._at(signals.time, *link)
-        out, deaf = np.empty(found.shape, PROSPECT), np.isnan(found)
+        out, deaf = np.zeros(found.shape, PROSPECT), np.isnan(found)
         out["snr_db"], out["late_s"] = math.nan, 0.0
         out["loss"], out["sound"] = (
             np.where(deaf, 1.0, 1.0 - found),
