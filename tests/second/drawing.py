@@ -1,7 +1,12 @@
 """Scenarios drawn at random over the keys that the second implementation knows."""
 
+import math
 import random
 from pathlib import Path
+
+import numpy as np
+import shapely
+from medium import tracks
 
 SCHEDULES = ["spatial_reuse", "dsatur", "one_per_slot", "worst_first", "super_tdma"]
 SCHEDULES += ["round_robin", "random", "polling", "aloha", "slotted_aloha", "csma"]
@@ -195,6 +200,29 @@ def mixed(seed: int, folder: Path) -> dict:
     groups = [{**own["auvs"], "depth_m": own["survey"]["depth_m"]} for own in (keys, other)]
     groups[1]["depth_m"] += 3.0
     keys["auvs"] = {"count": sum(group["count"] for group in groups), "groups": groups}
+    return keys
+
+
+def with_land(seed: int, folder: Path) -> dict:
+    """Return a scenario with islands beside the ways of all AUVs, in which some exchange frames."""
+    keys, draw = (exchanging if seed % 3 == 0 else scenario)(seed, folder), random.Random(seed)
+    if named(keys["protocol"]["schedule"]) == "super_tdma":
+        keys["protocol"]["conflict_margin_m"] = 0.0
+    side, ways = keys["survey"]["side_m"], keys["asvs"]["formation"]["positions_m"]
+    taken = [shapely.Point(place) for place in ways]
+    taken += [shapely.LineString(np.array(way)[:, 1:3].repeat(2, axis=0)) for way in tracks(keys)]
+    land: list[list[list[float]]] = []
+    for _ in range(400):
+        x, y = (draw.uniform(-0.5, 0.5) * side for _ in range(2))
+        turn, size = draw.uniform(0.0, 6.3), draw.uniform(0.05, 0.2) * side
+        corners = [
+            [round(x + size * math.cos(turn + at), 3), round(y + size * math.sin(turn + at), 3)]
+            for at in (0.0, 0.3, 3.0, 3.5)  # long and narrow
+        ]
+        island = shapely.Polygon(corners)
+        if island.is_valid and not any(island.distance(way) < 0.01 * side for way in taken):
+            land.append(corners)
+    keys["survey"]["land"] = land[:6]
     return keys
 
 

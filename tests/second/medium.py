@@ -7,6 +7,7 @@ loss; ASVs are at rest and AUVs on straight legs.
 import math
 
 import numpy as np
+import shapely
 
 AN_INSTANT = 1e-9  # s: what lies closer together is at the same time
 
@@ -42,8 +43,15 @@ class Medium:
         self.station = {j: self.where(j, 0.0) for j in self.asvs}
         fails = keys["asvs"]["failures"]
         self.failures = [(f"ASV{f['asv']}", f["at_s"], f["until_s"] or math.inf) for f in fails]
+        self.islands = [shapely.Polygon(ring) for ring in keys["survey"].get("land") or ()]
         # Sounds at a vehicle on a band: when they begin and end there
         self.ears = {(band, i): [] for band in ("hf", "mf") for i in self.tracks}
+
+    def behind(self, a: np.ndarray, b: np.ndarray, shore: float = 0.0) -> bool:
+        """Tell whether land without its outer metres is between two places."""
+        way = shapely.LineString([a[:2], b[:2]])
+        lands = [shapely.buffer(land, -shore, join_style="mitre") for land in self.islands]
+        return any(way.intersection(land).length > 1e-6 for land in lands)
 
     def after(self, start: float, duration: float) -> float:
         """Return the instant so much later, on a tick where there are ticks."""
@@ -80,7 +88,7 @@ class Medium:
     def spread(self, band: str, sender: str, time: float, lasts: float, to: list, **row) -> Row:
         """Let a sound go to vehicles; who sends on one band may be deaf on the other."""
         place, fails, other = self.where(sender, time), self.fails(sender, time), "mf"
-        sound = Row(band=band, sender=sender, sent_at_s=time, at={}, in_range=[], **row)
+        sound = Row(band=band, sender=sender, sent_at_s=time, at={}, in_range=[], behind=[], **row)
         sound.whole, limits = fails > time + lasts, self.hf
         if band == "mf":
             lasts, limits, other = min(lasts, fails - time), self.mf, "hf"
@@ -91,7 +99,10 @@ class Medium:
             if band == "mf":
                 until = self.arrival(self.where(sender, time + lasts), i, time + lasts)
             sound.at[i] = begin, until
-            if within(limits, place, self.where(i, time)) or (self.instant and band == "mf"):
+            near, here = within(limits, place, self.where(i, time)), self.where(i, time)
+            if near and self.behind(place, here):
+                sound.behind.append(i)
+            elif near or (self.instant and band == "mf"):
                 if sound.in_vain is None:
                     self.ears[band, i].append((begin, until, sound))
                 if self.fails(i, begin) > begin:
@@ -104,6 +115,8 @@ class Medium:
     def outcome(self, sound: Row, at: str, end: float | None = None) -> str:
         """Return what becomes of a sound at a vehicle, the first that holds, once all is known."""
         begin, until = sound.at[at]
+        if at in sound.behind:
+            return "blocked"
         if at not in sound.in_range:
             return "out_of_range"
         if sound.in_vain is not None:

@@ -112,15 +112,19 @@ class Second(Exchange):
         plan.said, plan.hearers = time, hearers
         return plan
 
-    def hearers(self, time: float, later: float = 0.0) -> dict[str, set[str]]:
+    def hearers(self, time: float, later: float | None = None) -> dict[str, set[str]]:
         """Return which ASVs hear each AUV, or may hear it until so much later; lost ones none."""
         hearers = {}
         for i, place in self.launch.items():
             steps = np.diff(self.tracks[i], axis=0)
             fastest = max(np.hypot(steps[:, 1], steps[:, 2]) / steps[:, 0], default=0.0)
-            extra = max(self.keys["conflict_margin_m"], later * fastest)
+            margin = self.keys["conflict_margin_m"]
+            extra = max(margin, (later or 0.0) * fastest)
             asvs = [] if i in self.lost else self.working(time)
             hearers[i] = {j for j in asvs if within(self.hf, place, self.station[j], extra)}
+            if later is None:  # who may come around land may be heard
+                hidden = {j for j in hearers[i] if self.behind(place, self.station[j], margin)}
+                hearers[i] -= hidden
         return hearers
 
     def groups(self, number: int, time: float, ahead: float, hearers: dict) -> list[list[str]]:
@@ -399,7 +403,7 @@ class Second(Exchange):
                 fix.outcome, at = self.outcome(frame, fix.auv), self.decoded(frame, fix.auv)
                 if self.instant:  # however near the AUV is, not before the ping is decoded
                     at = self.after(max(frame.at[fix.auv][1], fix.ping.at[frame.asv][1]), 0.0)
-                if at >= self.end and fix.outcome != "out_of_range":
+                if at >= self.end and fix.outcome not in ("out_of_range", "blocked"):
                     fix.outcome = "in_flight"
                 if fix.outcome == "heard":
                     fix.outcome, fix.delivered_at_s = "delivered", at

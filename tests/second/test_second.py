@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from comparing import disagreements
-from drawing import exchanging, mixed, scenario
+from drawing import exchanging, mixed, scenario, with_land
 
 
 def agree(
@@ -52,6 +52,17 @@ def test_a_second_implementation_flies_fleets_of_two_kinds(tmp_path: Path) -> No
 def test_a_second_implementation_does_two_hundred_times(tmp_path: Path) -> None:
     """Two hundred further ones."""
     agree(3000, 200, tmp_path, draw=exchanging)
+
+
+def test_a_second_implementation_loses_what_land_crosses(tmp_path: Path) -> None:
+    """Twelve drawn scenarios with islands, and whoever they keep from hearing whom."""
+    agree(4000, 12, tmp_path, longest_s=12.345, draw=with_land)
+
+
+@pytest.mark.slow
+def test_a_second_implementation_does_so_two_hundred_times(tmp_path: Path) -> None:
+    """Two hundred further ones."""
+    agree(5000, 200, tmp_path, draw=with_land)
 
 
 def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:
