@@ -82,8 +82,3 @@ def shadowed(channel: AskedChannel, land: Land) -> Shadowed:
     if isinstance(channel, LevelledChannel):
         return ShadowedLevels(channel, land)
     return Shadowed(channel, land)
-
-
-def in_open_sea(channel: AskedChannel | None) -> AskedChannel | None:
-    """Return a channel as it were without land."""
-    return channel.open_sea if isinstance(channel, Shadowed) else channel

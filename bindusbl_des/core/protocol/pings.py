@@ -42,7 +42,6 @@ from ..acoustics.propagation import (
     spread,
     within,
 )
-from ..acoustics.shadows import in_open_sea
 from ..acoustics.signals import Sounds, Spreading
 from ..acoustics.sonar_channel import ECHO, EchoingSonar
 from ..acoustics.sounds import DEAFENING, Sea, beyond, emit, interference, solve
@@ -131,7 +130,8 @@ class HfBand:
         self._nearly_there: list[tuple[float, int]] = []  # instants (s) and receptions, a heap
         self._prospects: dict[int, Prospects] = {}  # by ping, where a channel was asked
         #: Echoes, where the channel has any, row by row of receptions, :data:`ECHO`.
-        has_echoes = isinstance(in_open_sea(asked), EchoingSonar) and self.listeners is asvs
+        in_open_sea = getattr(asked, "open_sea", asked)
+        has_echoes = isinstance(in_open_sea, EchoingSonar) and self.listeners is asvs
         self.echoes = EventBuffer(ECHO) if has_echoes else None
         #: Called in this order with pings that have just been sent: what makes senders deaf, sends
         #: data behind pings, or lets AUVs hear them; what waits for arrivals; what answers pings.
@@ -373,7 +373,7 @@ class HfBand:
         echoes: EventBuffer,
     ) -> None:  # fmt: skip
         """Write the echoes of pings from `first` on beside their receptions, the last on record."""
-        channel = in_open_sea(channel)
+        channel = getattr(channel, "open_sea", channel)
         assert isinstance(channel, EchoingSonar)
         pings, row = self._record.pings.rows, self._record.receptions.count - len(receptions)
         sent_at = float(pings["sent_at_s"][first])
