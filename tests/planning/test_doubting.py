@@ -21,6 +21,7 @@ from bindusbl_des.support.wording import significant, with_ends
 
 Floats = NDArray[np.float64]
 SEEDS = 32  # of a condition, at most
+FRESH = 200 - SEEDS  # the first of them: by those before teams are chosen
 TEAM = team_in(Scenario(name="bay"))
 BELOW, ABOVE = Goal("position_error_m", below=1.0), Goal("fix_rate_hz", above=0.1)
 
@@ -167,16 +168,13 @@ def test_a_loss_is_judged_after_it_and_beside_the_same_missions_without_it(
     cases = {it["told"].partition(" ")[2]: it for it in found.record["sensitivity"]}
     lost = cases["lost halfway, from then on"]
     assert lost["keys"]["record.metrics_from_s"] == 150
-    answer, seeds = found.scenario, range(lost["missions"])
+    answer, seeds = found.scenario, range(FRESH, FRESH + lost["missions"])
     assert answer is not None
     for keys, told in ((lost["keys"], lost), ({"record.metrics_from_s": 150}, lost["as_planned"])):
         data = laid_over(answer, {**keys, "record.detail": "summary"})
         worst = [simulate(data, seed).mission.worst_position_error_max_m[0] for seed in seeds]
         assert told["mean"] == [pytest.approx(np.mean(worst))]
     assert lost["mean"][0] > 1.5 * lost["as_planned"]["mean"][0]
-    chosen = found.record["candidates"][found.record["chosen"]]["simulated"]
-    same = [it["as_planned"] for it in cases.values() if it["missions"] == chosen["missions"]]
-    assert {it["mean"][0] for it in same if it is not lost["as_planned"]} == {chosen["mean"][0]}
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +210,7 @@ def test_filters_do_not_know_of_doubts_and_know_of_their_twins(doubtful: Plan) -
     def flown(case: dict[str, Any], filter_: Any) -> float:
         keys = {key: it for key, it in case["keys"].items() if "assumes" not in key}
         world = laid_over(answer, {**keys, "navigation.filter": filter_})
-        seeds = range(case["missions"])
+        seeds = range(FRESH, FRESH + case["missions"])
         return float(np.mean([simulate(world, it).auvs.position_error_m.max() for it in seeds]))
 
     ignorant: dict[str, dict[str, Any]] = {
@@ -245,8 +243,8 @@ def test_what_a_doubt_costs_is_of_pairs_of_missions(doubtful: Plan) -> None:
     assert answer is not None
     case = cases_of(doubtful, False)["slow"]
     worlds = [laid_over(answer, case["keys"]), answer]
-    ends = [[simulate(world, seed).auvs.position_error_m.max() for seed in range(case["missions"])]
-            for world in worlds]  # fmt: skip
+    seeds = range(FRESH, FRESH + case["missions"])
+    ends = [[simulate(world, it).auvs.position_error_m.max() for it in seeds] for world in worlds]
     expected = interval(np.subtract(*ends))
     found = [case["difference"][end] for end in ("mean", "low", "high")]
     assert found == [[pytest.approx(it)] for it in (expected.mean, expected.low, expected.high)]

@@ -65,6 +65,33 @@ def test_a_bit_rate_without_a_word_on_overhead_is_told(mf: dict[str, Any], is_to
     assert "given without overhead" not in str(warnings_of(passive))
 
 
+@pytest.mark.parametrize(
+    ("usbl", "perfect"),
+    [
+        ({"preset": "seatrac_x150"}, ["compass", "GNSS", "mounting"]),
+        ({"preset": "cerulean_rovl"}, ["GNSS", "mounting"]),  # whose budget has its compass in it
+        ({"preset": "evologics_oem"}, ["GNSS", "mounting"]),
+        ({"preset": "ugps_g2_gnss"}, ["compass", "mounting"]),
+        ({"preset": "seatrac_x150", "heading_sd_deg": 0.5, "gnss_sd_m": 0.0}, ["mounting"]),
+        (
+            {"preset": "seatrac_x150", "heading_sd_deg": 0.5, "gnss_correlated_sd_m": 1.0,
+             "misalignment_sd_deg": 0.0},
+            [],
+        ),
+        ({"model": {"model": "datasheet", "bearing_sd_deg": 1.0}}, []),
+    ],
+)  # fmt: skip
+def test_what_a_usbl_is_installed_with_is_not_taken_for_perfect_unsaid(
+    usbl: dict[str, Any], perfect: list[str]
+) -> None:
+    """A sheet is of the array: compass, GNSS, mounting are the vessel's unless it says."""
+    found = [it for it in warnings_of(Scenario.model_validate({"name": "m", "usbl": usbl}))
+             if it.key == "usbl.preset"]  # fmt: skip
+    told = "".join(it.message for it in found)
+    assert [what for what in ("compass", "GNSS", "mounting") if f"{what} (" in told] == perfect
+    assert bool(found) == bool(perfect)
+
+
 def test_no_two_presets_have_one_name() -> None:
     names, kinds = [it["name"] for it in ALL], {it["kind"] for it in ALL}
     assert len({*names, *kinds}) == len(names) + len(kinds)

@@ -1,5 +1,6 @@
-"""How a team fares where the world is worse than the scenario has it, on the answer's own seeds;
-and what more vessels would bring: teams that cost more than the answer, flown a few times.
+"""How a team fares where the world is worse than the scenario has it, with seeds that did not make
+it the answer, since these flatter it; and what more vessels would bring: teams that cost more than
+the answer, flown a few times.
 
 A crew is not told of a surprise: filters stay as planned, and model the errors of the scenario.
 Beside each surprise that a filter could know of stands what it came to if it did.
@@ -264,9 +265,11 @@ def teams_of(conditions: Sequence[Doubt]) -> list[Team]:
 
 
 def cost_of(conditions: Sequence[Doubt]) -> str:
-    """Return in words how many missions it takes to fly conditions, but for those without them."""
-    least = len(conditions) * min(SPENT)
+    """Return in words how many missions it takes to fly conditions, and what is without them."""
+    without = 1 + len(teams_of(conditions)) - len(conditions)  # the answer itself among these
+    least = (len(conditions) + without) * min(SPENT)
     most = sum(min(SPENT) if condition.known else SEEDS for condition in conditions)
+    most += without * SEEDS
     return f"{least} to {most} missions"
 
 

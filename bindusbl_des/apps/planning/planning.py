@@ -247,14 +247,16 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                 rows, flown_in_doubt, failed_in_doubt = list[dict[str, Any]](), 0, ""
                 if conditions:
                     budget.begin(f"doubting the answer, {cost_of(conditions)}")
-                    with fly(teams_of(conditions), question.seeds()[:SEEDS], DOUBTS) as doubtful:
+                    fresh = range(len(question.seeds()))[-SEEDS:]  # that made no team the answer
+                    seeds = question.seeds()[-SEEDS:]
+                    with fly(teams_of(conditions), seeds, DOUBTS) as doubtful:
                         whole = question.whole_goals
                         planned = partial(budget.sample, missions, whole)
                         rows = doubted(
                             conditions,
                             whole,
                             partial(budget.sample, doubtful, whole),
-                            lambda seeds: planned([(number, seed) for seed in seeds]),
+                            lambda seeds: planned([(number, fresh[seed]) for seed in seeds]),
                         )
                         flown_in_doubt, failed_in_doubt = len(doubtful), doubtful.failed
     finally:

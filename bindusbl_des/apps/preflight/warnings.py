@@ -137,6 +137,19 @@ def _lobes(setup: Setup) -> Iterator[Problem]:
 SURE = 3.0
 
 
+def _installation(setup: Setup) -> Iterator[Problem]:
+    """Yield what a USBL by its name is installed with, and its preset says nothing of."""
+    usbl = setup.scenario.usbl
+    if perfect := usbl.taken_for_perfect:
+        which = ", ".join(f"{what} ({' or '.join(keys)})" for what, keys in perfect.items())
+        yield Problem(
+            "usbl.preset",
+            f"{usbl.preset}: its sheet says nothing of what it is installed with, which is taken "
+            f"to be perfect: {which}; give what yours err by, or 0",
+            tuple(f"usbl.{key}" for keys in perfect.values() for key in keys),
+        )
+
+
 def _flat(setup: Setup) -> Iterator[Problem]:
     """Yield that an array is so thin that AUVs near its plane are taken for their mirror images.
 
@@ -257,7 +270,7 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(bands.tables, bands.echoes, bands.messages, bands.last_slots, bands.answers),
     *(bands.backlog, bands.guards, places.formation, places.deep, bands.steep),
     *(places.aslant, bands.frames, places.anchors, failing, _dissemination, idle.sheet),
-    *(_lobes, _flat),
+    *(_lobes, _flat, _installation),
     *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
     *(places.routes, places.idle, places.tired, places.bays, places.tracks, perhaps_carried_away),
     *(_left_out, _frames, _ticks, _samples, idle.idle_keys, idle.overruled),

@@ -40,6 +40,7 @@ class Preset:
     figures: Mapping[str, Figure]
     basis: Literal["stated", "measured"] = "stated"
     since: str = ""
+    covers: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float | int | str]:
@@ -97,6 +98,7 @@ def _cerulean(name: str, compass: str, angle_deg: float, percent: float) -> Pres
             ),
             "statistic": Figure("cep", "", "M", CERULEAN),
         },
+        covers=("heading_sd_deg",),
     )
 
 

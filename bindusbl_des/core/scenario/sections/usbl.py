@@ -133,6 +133,14 @@ USBLS = [entry.name for entry in CATALOGUE["usbl"]]
 AHRS = ("roll_sd_deg", "pitch_sd_deg", "heading_sd_deg")
 
 
+# What a USBL is installed with, and the keys of what that errs by
+INSTALLED = {
+    "compass": ("heading_sd_deg",),
+    "GNSS": ("gnss_sd_m", "gnss_correlated_sd_m"),
+    "mounting": ("misalignment_sd_deg",),
+}
+
+
 NONE_BY_SHEET = (
     "; with model: datasheet none unless given, and then added to the data sheet's figures"
 )
@@ -242,3 +250,18 @@ class UsblSection(Part):
         if INSTRUMENT.declared(usbl.model).is_stated:
             usbl.otherwise(**dict.fromkeys(AHRS, 0.0))
         return usbl
+
+    @property
+    def taken_for_perfect(self) -> dict[str, tuple[str, ...]]:
+        """What a USBL by its name is installed with and errs by nothing, though neither its preset
+        nor the user says so, each with the keys that would say it.
+        """
+        if self.preset is None:
+            return {}
+        known = preset("usbl", self.preset)
+        said = {*self.model_fields_set, *known.figures, *known.covers}
+        return {
+            what: keys
+            for what, keys in INSTALLED.items()
+            if not said & {*keys} and not any(getattr(self, key) for key in keys)
+        }
