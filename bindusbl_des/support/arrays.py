@@ -41,3 +41,13 @@ def keep_memory(size: int) -> None:
     (mallopt(3), M_MMAP_THRESHOLD), and whoever wants it again waits for every page to be cleared.
     """
     np.empty(size, dtype=np.uint8)  # and freed
+
+
+def by_number(numbers: Ints, count: int) -> list[Ints]:
+    """Return for each number from 0 to `count` - 1 the places (k,) in `numbers` (n,), ascending.
+
+    >>> [places.tolist() for places in by_number(np.array([1, 0, 1]), 3)]
+    [[1], [0, 2], []]
+    """
+    order = np.argsort(numbers, kind="stable")
+    return np.split(order, np.searchsorted(numbers[order], np.arange(1, count)))

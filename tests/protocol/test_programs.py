@@ -237,6 +237,12 @@ def raises(node: Any) -> Iterator[Any]:
     raise KeyError("nothing")
 
 
+def no_time(node: Any) -> Iterator[Any]:
+    yield node.wait(1.5)
+    while True:
+        yield node.wait(0.0)
+
+
 def no_generator(node: Any) -> int:
     return 3
 
@@ -253,6 +259,7 @@ def no_generator(node: Any) -> int:
         (no_number, "wait (s) must be finite and not below 0; met nan"),
         (no_event, "yielded 5 for AUV0 at 0 s; it must be an event"),
         (raises, "raised KeyError for AUV0 at 2.5 s: 'nothing'"),
+        (no_time, "takes more than 10,000 steps for AUV0 at 1.5 s while no time goes by"),
         (no_generator, "returned 3 for AUV0 at 0 s; it must be a generator function"),
     ],
 )
@@ -260,6 +267,21 @@ def test_a_wrong_step_is_told_with_part_vehicle_and_instant(program: Program, sa
     """The mission ends with one line."""
     with pytest.raises(ValueError, match=f"^protocol.access: .*{re.escape(said)}"):
         flown([[10.0, 0.0], [20.0, 0.0]], program)
+
+
+def test_who_waits_for_ever_holds_up_nobody() -> None:
+    """A program that waits for what never comes does nothing more; the others go on."""
+
+    def program(node: Any) -> Iterator[Any]:
+        if node.name == "AUV1":
+            yield node.air.env.event()
+        while not node.is_asv:
+            yield node.wait(1.0)
+            yield node.send("ping")
+
+    pings = flown([[10.0, 0.0], [20.0, 0.0]], program).tables["pings"]
+    assert set(pings.auv) == {"AUV0"}
+    assert len(pings) == 19
 
 
 def test_signals_cost_energy_and_the_band() -> None:

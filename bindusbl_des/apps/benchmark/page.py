@@ -8,7 +8,7 @@ from string import Template
 from ...support.wording import counted
 from ..report.page import THEME, assembled, filled, table
 from .scoring import METRICS, Score
-from .tasks import VERSION, task_named
+from .tasks import VERSION, citation, task_named
 
 Row = dict[str, Score]
 
@@ -47,6 +47,7 @@ def lines(found: Sequence[Score]) -> Iterator[str]:
                 f"  {name:<22}{_cell(error):>17}{_cell(error, True):>19}"
                 f"{_plain(row['nees']):>8}{_plain(row['inside_95']):>8}"
             )
+    yield f"Cite as {citation()}, with the seeds"
 
 
 def _plain(score: Score) -> str:
@@ -64,7 +65,8 @@ PAGE = Template(
     """<header><h1>Benchmark, version $version</h1>$theme</header>
 <p>Each method flew the same missions as the baseline of its task: means over seeds with 95 %
 intervals, and below them the difference from the baseline, paired by seed. NEES is 2 and 95 % are
-inside where covariances are right. The best of the worst AUV's mean error stands first.</p>
+inside where covariances are right. The best of the worst AUV's mean error stands first. Cite as
+$citation, with the seeds.</p>
 $tasks"""
 )
 
@@ -88,5 +90,7 @@ def benchmark_page(found: Sequence[Score]) -> str:
             filled("<h2>{task}</h2><p>{said}</p>", task=task, said=said)
             + f'<div class="limits">{table(headings, rows, f"Scores in {task}", looks)}</div>'
         )
-    body = PAGE.substitute(version=VERSION, theme=THEME, tasks="\n".join(parts))
+    body = PAGE.substitute(
+        version=VERSION, citation=citation(), theme=THEME, tasks="\n".join(parts)
+    )
     return assembled("Benchmark", f"<main>{body}</main>", (), {}, "")

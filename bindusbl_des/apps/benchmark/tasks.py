@@ -5,6 +5,7 @@ What a task is may change with its version alone: its file, its seeds and its ba
 
 from dataclasses import dataclass
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +15,12 @@ from ...support.shipped import shipped
 from ...support.wording import did_you_mean
 
 VERSION = 1
+
+
+def citation() -> str:
+    """Return which benchmark scores are of, as papers cite it (docs/citing.md)."""
+    return f"benchmark version {VERSION} of bindusbl-des {version('bindusbl-des')}"
+
 
 Kind = Literal["navigator", "peers", "schedule", "placement"]
 

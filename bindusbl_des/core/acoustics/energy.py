@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...support.arrays import Floats, Ints
+from ...support.arrays import Floats, Ints, by_number
 from ..records.events import HEARD, OUT_OF_RANGE, AuvFrame, Broadcast
 from ..records.rows import NONE, Recorder, Rows
 from ..vehicles.fleet import VehicleFleet
@@ -166,8 +166,9 @@ def on_sea(record: Recorder, sounds: Rows, auvs: int, asvs: int, end: float) -> 
     met = record.receptions.rows
     met = met[(met["outcome"] != OUT_OF_RANGE) & ~np.isnan(met["arrived_at_s"])]
     found = OnAir(*np.zeros((2, auvs + asvs)))
-    for vehicle in range(auvs + asvs):
-        here = sounds[(sounds["listener"] == vehicle) & (sounds["arrived_at_s"] < end)]
+    for vehicle, rows in enumerate(by_number(sounds["listener"], auvs + asvs)):
+        here = sounds[rows]
+        here = here[here["arrived_at_s"] < end]
         own = here["sender"] == vehicle
         pings = met[met["asv"] == vehicle - auvs]
         begins, ends = (

@@ -106,7 +106,10 @@ class HfBand:
         #: The fleets that ping and that listen, and the vehicle number of the first listener.
         self.senders, self.listeners, self.first_listener = self._ends()
         self._channel = asked = None if isinstance(channel, LossTerms) else channel
+        #: The level (dB re 1 uPa at 1 m) of what is sent; None where the channel has no levels.
+        self.source_level_db: float | None = None
         if isinstance(asked, LevelledChannel):
+            self.source_level_db = asked.source_level_db
             self._levelled = lru_cache(maxsize=16)(asked.at_level)
         #: What decides at a receiver.
         self.receiver = PLAIN if asked is None else asked.receiver
@@ -146,12 +149,6 @@ class HfBand:
     def _ends(self) -> tuple[VehicleFleet, VehicleFleet, int]:
         """Return the fleets that ping and listen, and the vehicle number of the first listener."""
         return self._auvs, self._asvs, len(self._auvs)
-
-    @property
-    def source_level_db(self) -> float | None:
-        """The source level (dB re 1 uPa at 1 m) of signals; None if the channel has no levels."""
-        channel = self._channel
-        return channel.source_level_db if isinstance(channel, LevelledChannel) else None
 
     def at_level(self, level_db: float | None) -> Spreading:
         """Return how signals with a source level (dB re 1 uPa at 1 m) propagate; None: the

@@ -14,6 +14,9 @@ from ..vehicles.fleet import VehicleFleet
 # Instants (s) that differ by less are the same: now plus a wait is rounded.
 SAME = 1e-6
 
+# So many steps of a user-defined part may follow each other at one instant.
+MOST_STEPS = 10_000
+
 HELD = "a mission runs its events itself: mission.advance(until)"
 
 # Stands for the next event of a generator that has ended
@@ -128,18 +131,25 @@ def checked_steps(
 
     Raises:
         PluginError: naming key, part and instance (`when`), if they are no generator, raise
-            anything, or yield anything but an event of this mission.
+            anything, yield anything but an event of this mission, or let no time go by.
     """
     now = when() if callable(when) else when
     if not isinstance(steps, Generator):
         needed = "it must be a generator function, with `yield`"
         part.refuse(steps, f"{now}; {needed}", when=now)
     advance, value = steps.send, None
+    since, taken = env.now, 0
     while True:
         now = when() if callable(when) else when
         event, ends = part.ask(_advanced, advance, value, when=now)
         if event is _NONE:
             return ends
+        since, taken = (since, taken + 1) if env.now == since else (env.now, 0)
+        if taken > MOST_STEPS:
+            part.fail(
+                f"takes more than {MOST_STEPS:,} steps{now} while no time goes by; it must wait "
+                "for later instants"
+            )
         if not isinstance(event, simpy.Event) or event.env is not env:
             needed = "it must be an event, as `yield from` gives"
             part.refuse(event, f"{now}; {needed}", when=now, verb="yielded")

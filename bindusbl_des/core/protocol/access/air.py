@@ -18,7 +18,7 @@ import simpy
 from numpy.typing import NDArray
 from simpy.events import EventPriority
 
-from ....support.arrays import Floats
+from ....support.arrays import Floats, by_number
 from ....support.compiled import compiled
 from ....support.facts import cached_property
 from ....support.streams import Purpose, Streams
@@ -240,18 +240,17 @@ class SharedAir:
 
     # Hearing
 
-    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
-        """Return the intervals of sounds at a vehicle, as of :meth:`.node.Node.heard`."""
+    def heard(self, node: Node, since: float) -> Floats:
+        """Return the intervals (n, 2), s, of sounds at a vehicle (:meth:`.node.Node.heard`)."""
         sea, count, time = self._sounds.sea.address, self._sounds.count, node.now
         spans = heard_meanwhile(sea, count, node.number, since, time, self._sounds.known(time))
-        found = [(begins, ends) for begins, ends in spans.tolist()]
         if node.is_asv:
             pings = self._record.receptions.rows
             pings = pings[(pings["asv"] == node.number - self.auvs) & (pings["sound"] > 0.0)]
-            here = (pings["arrived_at_s"] <= time) & (pings["ended_at_s"] > since)
-            found += zip(*(pings[here][name].tolist() for name in SPAN), strict=True)
-            found.sort()
-        return found
+            here = pings[(pings["arrived_at_s"] <= time) & (pings["ended_at_s"] > since)]
+            spans = np.concatenate((spans, np.column_stack([here[name] for name in SPAN])))
+            spans = spans[np.argsort(spans[:, 0], kind="stable")]
+        return spans
 
     def hears(self, node: Node) -> simpy.Event:
         """Return the event of the next signal that a vehicle decodes, as of
@@ -370,8 +369,8 @@ class SharedAir:
         place = np.cumsum(told) - 1
         table.room_for(len(rows))
         table.count = int(told.sum())
-        for vehicle in range(len(self.names)):  # its own sounds alone, so that searches are short
-            here = np.flatnonzero(rows["listener"] == vehicle)
+        for here in by_number(rows["listener"], len(self.names)):
+            # the sounds of one vehicle alone, so that searches are short
             lines = np.empty(len(here), SIGNAL_RECEPTION)
             capture = self._uplink.receiver.capture
             _note(rows[here], lines, time, *self._met(), self.auvs, capture)

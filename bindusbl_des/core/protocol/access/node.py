@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, Protocol
 import simpy
 from numpy.random import Generator as RandomStream
 
+from ....support.arrays import Floats
 from ....support.wording import refuse
 from ...acoustics.signals import ROUNDING
 from ..slots import Slots
@@ -144,7 +145,8 @@ class Node:
         known yet.
         """
         spans = self.air.heard(self, self.when(since))
-        return [(self.reads(begins), self.reads(ends)) for begins, ends in spans]
+        offset, drift = self.clock_error
+        return [(begins, ends) for begins, ends in (spans + (offset + drift * spans)).tolist()]
 
     def hears(self, within_s: float | None = None) -> simpy.Event:
         """Return the event of the next signal that the vehicle decodes: its value is a
@@ -215,8 +217,8 @@ class Medium(Protocol):
     def send(self, node: Node, message: "ToSend", waited_s: float | None) -> simpy.Event:
         """Let a node send a signal; return the event of its end."""
 
-    def heard(self, node: Node, since: float) -> list[tuple[float, float]]:
-        """Return the intervals (s) of sounds at a node."""
+    def heard(self, node: Node, since: float) -> Floats:
+        """Return the intervals (n, 2), s, of sounds at a node."""
 
     def hears(self, node: Node) -> simpy.Event:
         """Return the event of the next signal that a node decodes."""
