@@ -176,16 +176,25 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
         if (size := getattr(navigation.drift, name)) is not None
     }
     drift = sheet or {name: size for name in DRIFTS if np.any(size := getattr(navigation, name))}
+    # of groups of AUVs that say themselves how they drift, what is said of all is none of theirs
+    others = [
+        group
+        for group in setup.groups
+        if not any(key.startswith(NAVIGATION) for key in group.own_keys)
+    ]
+    if not others:
+        return
+    whose = " (groups that say nothing of it)" if len(others) < len(setup.groups) else ""
     if drift:
         twice = {name: (DRIFTIER * np.array(size)).tolist() for name, size in drift.items()}
         keys = {f"{NAVIGATION}.{name}": size for name, size in twice.items()}
-        yield "drift", f"drift x {DRIFTIER:g}", keys
+        yield "drift", f"drift x {DRIFTIER:g}{whose}", keys
     line = navigation.drift.line_m
-    wanders = any(map(setup.drift_line_m, setup.groups))
+    wanders = any(map(setup.drift_line_m, others))
     if wanders or (navigation.drift.is_stated and line is None):
         sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
         usually = "at all" if line is None else f"{line:g}"
-        words = f"drift wanders over {sooner:.3g} m, not {usually}"
+        words = f"drift wanders over {sooner:.3g} m, not {usually}{whose}"
         yield "drift_line", words, {f"{NAVIGATION}.drift.line_m": _rounded(sooner, 3)}
 
 

@@ -175,10 +175,10 @@ def tired(setup: Setup) -> Iterator[Problem]:
         if can is None or end <= can:
             continue
         try:
-            every = setup.flown_s if group.route.is_flown else {}
+            every = setup.flown_s if group.route.is_flown else ()
         except ValueError:
-            every = {}
-        flown = {auv: every[auv] for auv in group.members if auv in every}
+            every = ()
+        flown = {auv: every[auv] for auv in group.members if every}
         late = [auv for auv, after in flown.items() if after > can]
         if late:
             longest = max(flown.values())

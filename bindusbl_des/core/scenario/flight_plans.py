@@ -160,7 +160,7 @@ def survey_end(
     Raises:
         ValueError: when a current leaves no headway, or the survey takes longer than a mission may.
     """
-    last = max(flown_s(auvs, water, plans).values(), default=0.0)
+    last = max(flown_s(auvs, water, plans))
     if not SHORTEST_S <= last <= LONGEST_S or not math.isfinite(last):
         raise ValueError(f"{SURVEY} takes {last:.3g} s; a mission may last {LONGEST_S:g} s")
     return SurveyEnd(last)
@@ -168,14 +168,14 @@ def survey_end(
 
 def flown_s(
     auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
-) -> dict[int, float]:
-    """Return when (s) each AUV that flies any has flown its lanes, and is where it is recovered, if
-    anywhere.
+) -> list[float]:
+    """Return when (s) each AUV has flown its lanes, and is where it is recovered, if anywhere; 0 of
+    those that fly none.
 
     Raises:
         ValueError: when a current leaves no headway.
     """
-    ends: dict[int, float] = {}
+    ends = [0.0] * len(auvs)
     against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
     for auv, plan in zip(auvs, plans, strict=True):
         if plan is None:  # it flies none

@@ -175,7 +175,7 @@ def auvs_of(scenario: ScenarioKeys, groups: Sequence[Group]) -> Iterator[Auv]:
         for name in ("speed_m_per_s", DEPTH, "launch_m", "recovery_m"):
             section, own = getattr(scenario, SECTIONS[name]), getattr(group.own, name, None)
             usual, first = (getattr(section, name), start) if own is None else (own, 0)
-            each = usual or ()  # places: one for all, or one for each
+            each: Sequence[Any] = usual or ()  # places: one for all, or one for each
             if name in LISTED:
                 each = (getattr(section, LISTED[name]) or ()) if own is None else ()
             else:
@@ -184,8 +184,8 @@ def auvs_of(scenario: ScenarioKeys, groups: Sequence[Group]) -> Iterator[Auv]:
             columns.append([each[k] if k < len(each) else usual for k in numbers])
         speeds, depths, launches, recoveries = columns
         for number, auv in enumerate(group.members):
-            own = launches[number], recoveries[number]
-            yield Auv(auv, group, speeds[number], depths[number], *own)
+            launch, recovery = launches[number], recoveries[number]
+            yield Auv(auv, group, speeds[number], depths[number], launch, recovery)
 
 
 def wings_of(groups: "tuple[Group, ...]") -> Iterator[Wing]:

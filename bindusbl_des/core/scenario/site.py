@@ -453,16 +453,16 @@ class Site(Facts):
         return survey_end(self.auvs, self.scenario.environment, self.plans)
 
     @fact
-    def flown_s(self) -> dict[int, float]:
-        """When (s) each AUV that flies any has flown its lanes, and is where it is recovered, if
-        anywhere.
+    def flown_s(self) -> tuple[float, ...]:
+        """When (s) each AUV has flown its lanes, and is where it is recovered, if anywhere; 0 of
+        those that fly none.
 
         Raises:
             ValueError: when a current leaves no headway, or the route has no plan.
         """
         from .flight_plans import flown_s
 
-        return flown_s(self.auvs, self.scenario.environment, self.plans)
+        return tuple(flown_s(self.auvs, self.scenario.environment, self.plans))
 
     @fact
     def auv_tracks(self) -> "tuple[RecordedTrack | None, ...]":
