@@ -36,9 +36,9 @@ NO_STATES = Further((), ())
 
 
 def assumed(setup: Sensors) -> tuple[Beliefs, Growths]:
-    """Return what the navigator of each AUV believes at first, and how it becomes less sure.
+    """Return the first belief of each AUV's navigator, and its growth.
 
-    All have the same states: who has no such error as another has a state that is 0 for sure.
+    All have the same states: an error that only other AUVs have is a state that is exactly 0.
     """
     navigation, water = setup.scenario.navigation, setup.scenario.environment
     settings, asvs_ping = settings_of(navigation), setup.scenario.protocol.asvs_ping

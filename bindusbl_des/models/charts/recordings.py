@@ -277,8 +277,8 @@ Samples = tuple[list[Sample], tuple[str, ...]]
 
 
 def _tracks(path: str, surface_m: float | None) -> dict[str, Samples]:
-    """Return the tracks of a file by name, those of which nothing can be read left out; `surface_m`
-    is the height of the water, None where nobody knows it.
+    """Return the tracks of a file by name, without those of which nothing can be read; `surface_m`
+    is the height of the water, None if unknown.
 
     Raises:
         BadChart: when none can be read.
