@@ -8,6 +8,7 @@ import asyncio
 import json
 import os
 import re
+import shutil
 import signal
 import sys
 import tempfile
@@ -28,6 +29,7 @@ from ..campaigns.statistics.intervals import intervals
 from ..campaigns.storage.folder import is_locked
 from ..campaigns.storage.parts import OK
 from ..planning.folder import MISSIONS, PLAN, drawn_team
+from ..planning.plan_page import worded
 from ..planning.teams import FORMATION
 
 SCENARIO, ASKED, LOG, FOUND = "scenario.yaml", "job.json", "log.txt", "found"
@@ -149,7 +151,7 @@ class Job:
             if await process.wait():
                 log.seek(0)
                 raise Refused(log.read().decode("utf-8", "replace").strip())
-        return path
+        return Path(shutil.make_archive(str(path), "zip", path)) if path.is_dir() else path
 
     async def _run(self, command: Sequence[str], log: IO[bytes]) -> asyncio.subprocess.Process:
         return await asyncio.create_subprocess_exec(
@@ -210,13 +212,13 @@ class Job:
         return {
             "status": "complete" if plan["status"] == "complete" else "stopped",
             "answer": plan["answer"],
-            "answered": plan["told"],
+            "answered": [worded(text, plan["goal"]) for text in plan["told"]],
             "team": team.team,
             "stations": [[place["x_m"], place["y_m"]] for place in stations],
             "moves": bool(team.ways),
             "keys": plan["candidates"][team.number]["keys"],
             "doubts": [
-                {name: row.get(name) for name in ("told", "keys", "met", "mean", "as_planned")}
+                {name: row.get(name) for name in ("told", "keys", "known", "met", "mean")}
                 for row in plan["sensitivity"]
             ],
         }

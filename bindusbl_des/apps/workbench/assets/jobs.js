@@ -2,7 +2,7 @@
 
 const UNITS = { position_error_m: "m", position_error_p95_m: "m", fix_age_p95_s: "s" };
 // What is exported of a plan's team
-const EXPORTS = ["kml", "gpx", "geojson"];
+const EXPORTS = ["kmz", "kml", "gpx", "geojson", "qgc", "pdf"];
 const button = (words, act, more = {}) => {
   const made = make("button", { type: "button", ...more }, words);
   made.addEventListener("click", act);
@@ -80,7 +80,7 @@ export class Jobs {
     const exports = EXPORTS.map((kind) => make("a", { href: `export/${number}/${kind}`, download: "" }, kind.toUpperCase()));
     const doubted = (doubts ?? []).map((doubt) => {
       const mark = { true: "✓ ", false: "✗ " }[doubt.met] ?? "? ";
-      return button(`${mark}${doubt.told}: ${significant(doubt.mean?.[0] ?? NaN)}`, () => bench.ask("begin", { kind: "simulate", seeds: byId("seeds").valueAsNumber || 8, set: { ...keys, ...doubt.keys }, words: doubt.told }), { title: "Simulate the team in this condition, to look at its missions" });
+      return button(`${mark}${doubt.told}${doubt.known ? ", filters told" : ""}: ${significant(doubt.mean?.[0] ?? NaN)}`, () => bench.ask("begin", { kind: "simulate", seeds: byId("seeds").valueAsNumber || 8, set: { ...keys, ...doubt.keys }, words: doubt.told }), { title: "Simulate the team in this condition, to look at its missions" });
     });
     return [
       make("p", { class: answer ? "verdict" : "verdict warning" }, first),
