@@ -47,7 +47,7 @@ def opened(browser: Any, server: Server, survey: Path) -> Iterator[Open]:
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda message: complaints.append(message.text))
         page.on("request", lambda request: asked.append(request.url))
-        page.set_default_timeout(200_000)
+        page.set_default_timeout(400_000)
         page.goto(server.address)
         settled(page, survey, lambda it: it.asvs.count == 2)
         pages.append(page)
@@ -68,7 +68,7 @@ def worst(page: Any) -> float:
 
 def until(page: Any, holds: Callable[[], bool]) -> None:
     """Wait until something holds."""
-    for _ in range(1000):
+    for _ in range(8000):  # once equations are compiled
         if holds():
             return
         page.wait_for_timeout(50)
@@ -77,7 +77,7 @@ def until(page: Any, holds: Callable[[], bool]) -> None:
 
 def settled(page: Any, survey: Path, holds: Callable[[Any], bool]) -> None:
     """Wait until the file has what was done, and the page what is predicted of it."""
-    for _ in range(1000):
+    for _ in range(8000):  # once equations are compiled
         text = page.input_value("#yaml")
         if text == survey.read_text() and holds(load_scenario(survey)):
             page.wait_for_selector("#worst:not(.stale)")
