@@ -37,7 +37,7 @@ HOMES = {
     "simpy": "core.protocol core.mission models.access apps.live.readings gym",
     "gymnasium": "gym",
     "pettingzoo": "gym",
-    "networkx": "core.protocol.conflicts core.protocol.view",
+    "networkx": "core.protocol.conflicts core.protocol.view core.geometry.ways",
     "pelagic": "models.channels.table_channel",
     "pyogrio": "models.charts.grid_charts",
     "pyproj": "models.charts.positions",

@@ -823,13 +823,17 @@ def test_what_carries_over_its_range_is_not_warned_of(channel: str) -> None:
 BAY = [[0, 0], [300, 0], [300, 200], [200, 200], [200, 50], [100, 50], [100, 200], [0, 200]]
 
 
-def test_lanes_that_cross_a_bay_are_told_with_how_far() -> None:
-    """Of ten lanes 20 m apart the seven beyond y = 50 m cross 100 m of open water each."""
+def test_auvs_that_leave_an_area_are_told_with_how_far() -> None:
+    """Of ten lanes 20 m apart the seven beyond y = 50 m cross 100 m of open water each, unless they
+    are to stay inside, as they are where nobody says so.
+    """
     keys = {"survey": {"polygon_m": BAY}, "asvs": {"count": 1}}
-    across = {"count": 2, "route": {"lane_spacing_m": 20}}
+    across = {"count": 2, "route": {"lane_spacing_m": 20, "inside": False}}
     found = told(**keys, auvs=across)["survey.polygon_m"]
-    assert found.startswith("7 of 10 lanes leave the area and come back across a bay (AUV0 on 2,")
-    assert "AUV1 on 5): 700 m in all, 100 m at a stretch, up to 50 m beyond its edge" in found
+    assert found.startswith("AUV0, AUV1 are outside the area for 7")
+    assert "up to 50 m beyond its edge, as planned; set auvs.route.inside to have" in found
+    kept = {"count": 2, "route": {"lane_spacing_m": 20}}
+    assert "survey.polygon_m" not in told(**keys, auvs=kept)
     along = {"count": 2, "route": {"lane_spacing_m": 20, "lane_heading_deg": 90}}
     assert "survey.polygon_m" not in told(**keys, auvs=along)
     convex = {**keys, "survey": {"polygon_m": [*BAY[:3], BAY[-1]]}}

@@ -13,6 +13,9 @@ from ...support.arrays import Floats
 
 Score: TypeAlias = tuple[float, float, float]
 
+# Of stations where nobody may lie
+NOWHERE: Score = (-1.0, -1.0, -math.inf)
+
 # More AUVs, or more places on the way of each, change no proposal.
 MOST_AUVS, PLACES = 40, 120
 # Formations tried: angles between two that look alike, and radii up to the survey's corner.
@@ -26,7 +29,7 @@ class Ways:
 
     def __init__(self, scenario: Scenario) -> None:
         setup = Setup.of(scenario)
-        self._area = setup.area
+        self._area, self._land, self._closed = setup.area, setup.land, setup.closed
         self._hears, self._reaches = setup.horizontal_reach_m, setup.horizontal_mf_reach_m
         sender = setup.broadcaster
         self._choice = sender.serves_nearest and not sender.at_once
@@ -40,16 +43,22 @@ class Ways:
         """Return how stations (n, 2), m, serve: of the worst AUV, of all, and how near they are.
 
         An AUV is served where some ASV hears it, as far as the ASV that broadcasts reaches it: any
-        of them, if ASVs take turns.
+        of them, if ASVs take turns.  Behind land none does, and on land lies none.
         """
+        if self._closed is not None and self._closed.holds(stations).any():
+            return NOWHERE
         apart = self.places[..., None, :] - stations
         away = np.hypot(apart[..., 0], apart[..., 1])
+        level = away.min(axis=-1)
+        if self._land is not None:
+            blocked = self._land.crossed(self.places.reshape(-1, 2), stations)
+            away = np.where(blocked.reshape(away.shape), np.inf, away)
         nearest = away.min(axis=-1)
         reached = (away <= self._reaches).mean(axis=-1)
         if self._choice:
             reached = (nearest <= self._reaches) | self._instant
         own = ((nearest <= self._hears) * reached).mean(axis=-1)
-        return float(own.min()), float(own.mean()), -float(nearest.mean())
+        return float(own.min()), float(own.mean()), -float(level.mean())
 
     def best(
         self,

@@ -214,7 +214,10 @@ def free_places(
     """
     inputs = inputs or inputs_of(setup)
     value = _value(setup, objective, inputs)
-    start = min(_starts(setup, count, value, inputs), key=value)
+    starts = _starts(setup, count, value, inputs)
+    if (closed := setup.closed) is not None:  # those ashore begin at the nearest water
+        starts = [np.array([closed.afloat((x, y)) for x, y in start.tolist()]) for start in starts]
+    start = min(starts, key=value)
     step = STEP * max(reach_of(inputs), FINELY_M)
 
     def flat(numbers: Floats) -> float:
@@ -225,9 +228,13 @@ def free_places(
 
 
 def _value(setup: Setup, objective: Objective | Value, inputs: Inputs | None) -> Value:
-    if callable(objective):
-        return objective
-    return objective_of(objective, inputs or inputs_of(setup))
+    value = objective
+    if not callable(value):
+        value = objective_of(value, inputs or inputs_of(setup))
+    if setup.closed is None:
+        return value
+    asked, closed = value, setup.closed
+    return lambda places: math.inf if closed.holds(places).any() else asked(places)
 
 
 def _starts(setup: Setup, count: int, value: Value, inputs: Inputs) -> list[Floats]:

@@ -272,7 +272,14 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(places.aslant, bands.frames, places.anchors, failing, _dissemination, idle.sheet),
     *(_lobes, _flat, _installation),
     *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
-    *(places.routes, places.idle, places.tired, places.bays, places.tracks, perhaps_carried_away),
+    *(
+        places.routes,
+        places.idle,
+        places.tired,
+        places.leaving,
+        places.tracks,
+        perhaps_carried_away,
+    ),
     *(_left_out, _frames, _ticks, _samples, idle.idle_keys, idle.overruled),
 )
 

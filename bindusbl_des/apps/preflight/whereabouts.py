@@ -14,8 +14,11 @@ MOST_NAMED = 5
 # A place so little (m) beyond the edge of an area is on it: rounding.
 ON_THE_EDGE_M = 1e-6
 
-# A lane is outside an area where it is so for longer than this (m).
+# Who is less far (m) beyond an edge goes along it.
 SHORTEST_GAP_M = 0.1
+
+# A way is looked at in so many places at most.
+MOST_STEPS = 20_000
 
 # Instants at which a track is looked at, to tell for how long it is outside the survey.
 LOOKS = 2001
@@ -220,50 +223,39 @@ def aslant(setup: Setup) -> Iterator[Problem]:
             )
 
 
-def bays(setup: Setup) -> Iterator[Problem]:
-    """Yield which lanes leave an area and come back, straight across a bay of it."""
+def leaving(setup: Setup) -> Iterator[Problem]:
+    """Yield for how long, and how far, AUVs leave a survey that is a polygon, or has land in it."""
     area = setup.area
-    if not any(wing.asked.lanes for wing in setup.wings) or area.is_rectangle:
+    if area.is_rectangle or not any(wing.asked.is_flown for wing in setup.wings):
         return
+    import numpy as np
     import shapely  # which rectangles do not need
 
-    turned = {
-        auv: area.along(setup.lanes_heading_rad(wing)).shape
-        for wing in setup.wings if wing.asked.lanes for auv in wing.members
-    }  # fmt: skip
-    if all(shape.equals(shape.convex_hull) for shape in turned.values()):
-        return
     try:
-        shares = setup.lane_shares
+        plans = setup.plans_that_ship
     except ValueError:
         return  # which is told as a mistake
-    lanes, crossed, gaps = 0, dict[int, int](), list[tuple[float, float]]()
-    for auv, share in shares.items():
-        lanes, inside = lanes + len(share.lanes), turned[auv]
-        for lane in share.lanes:
-            line = shapely.LineString([(lane.x_min, lane.y), (lane.x_max, lane.y)])
-            ends = lane.x_min + SHORTEST_GAP_M, lane.x_max - SHORTEST_GAP_M
-            own = [
-                gap
-                for gap in shapely.get_parts(line.difference(inside)).tolist()
-                if gap.length > SHORTEST_GAP_M
-                and ends[0] < gap.bounds[0]
-                and gap.bounds[2] < ends[1]
-            ]
-            if own:
-                crossed[auv] = crossed.get(auv, 0) + 1
-            for gap in own:
-                looks = [gap.interpolate(n / 20, normalized=True) for n in range(21)]
-                gaps.append((gap.length, float(shapely.distance(inside, looks).max())))
-    if gaps:
-        whose = ", ".join(f"AUV{auv} on {many}" for auv, many in crossed.items())
+    outside = dict[int, tuple[float, float]]()
+    for auv, plan in enumerate(plans):
+        if plan is None:
+            continue
+        count = min(math.ceil(plan.path.length), MOST_STEPS) + 1
+        places = plan.path.sample(np.linspace(0.0, plan.path.length, count))[:, :2]
+        beyond = shapely.distance(area.shape, shapely.points(places))
+        if beyond.max() > SHORTEST_GAP_M:
+            line = shapely.LineString(places)
+            out = shapely.length(shapely.difference(line, area.shape))
+            outside[auv] = float(out), float(beyond.max())
+    if outside:
+        is_left = any(wing.asked.lanes and wing.asked.lanes.inside is False for wing in setup.wings)
+        lanes = "set auvs.route.inside to have lanes end at its edge, or " * is_left
         yield Problem(
             f"survey.{setup.scenario.survey.shapes[0]}",
-            f"{sum(crossed.values())} of {lanes} lanes leave the area and come back across a bay "
-            f"({whose}): {sum(gap for gap, _ in gaps):.4g} m in all, {max(gaps)[0]:.4g} m at a "
-            f"stretch, up to {max(away for _, away in gaps):.3g} m beyond its edge; turn the lanes "
-            "(auvs.route.lane_heading_deg), or survey the parts one by one",
-            ("auvs.route.lane_heading_deg", "auvs.route.lane_spacing_m"),
+            f"{named('AUV', list(outside))} outside the area for "
+            f"{sum(length for length, _ in outside.values()):.4g} m of the way once through, up to "
+            f"{max(far for _, far in outside.values()):.3g} m beyond its edge, as planned; "
+            f"{lanes}widen auvs.route.end_margin_m to turn within it",
+            ("auvs.route.lane_heading_deg", "auvs.route.end_margin_m", "auvs.route.lane_spacing_m"),
         )
 
 

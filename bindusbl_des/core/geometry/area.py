@@ -142,6 +142,16 @@ class Area:
         return f"{sides}, turned by {math.degrees(self.turn):g} deg" if self.turn else sides
 
     @cached_property
+    def closed_shape(self) -> "shapely.Geometry":
+        """What is closed as shapely's, in the survey frame."""
+        return solid(_turned(self.closed, self.turn))
+
+    @property
+    def is_convex(self) -> bool:
+        """Whether no straight line leaves it and comes back."""
+        return self.is_rectangle or self.shape.area >= self.shape.convex_hull.area * (1.0 - EQUAL)
+
+    @cached_property
     def shape(self) -> "shapely.Geometry":
         """It as shapely's, in the survey frame, without what is closed."""
         import shapely
@@ -149,7 +159,7 @@ class Area:
         whole = shapely.Polygon(self.outline)
         if not self.closed:
             return whole
-        left = shapely.difference(whole, solid(_turned(self.closed, self.turn)))
+        left = shapely.difference(whole, self.closed_shape)
         parts = [part for part in shapely.get_parts(left) if part.geom_type == "Polygon"]
         return shapely.union_all(parts)  # what only touches is no area
 

@@ -79,6 +79,13 @@ def _poses(points: Sequence[Point], radius: float) -> list[Pose]:
     return [*poses, Pose(*points[-1], courses[-1])]
 
 
+def corner_poses(points: Sequence[Point], radius: float) -> list[Pose]:
+    """Return where a vehicle may head how along a way (m) with the corners `points`, but at its
+    ends.
+    """
+    return _poses(points, radius)[1:-1]
+
+
 def _off(path: Path, places: Floats, radius: float) -> float:
     """Return how far (m) the place (n, 2), m, is from a path that is the farthest from it."""
     if not len(places):

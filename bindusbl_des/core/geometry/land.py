@@ -5,6 +5,7 @@ Shores belong to the water: what only touches land is not on it, and a path alon
 cross it.
 """
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,12 +16,19 @@ from ...support.arrays import Flags, Floats
 from ...support.facts import cached_property
 from .area import Point, Rings, solid
 from .crossing import crossing, holding
+from .paths import Path
 
 if TYPE_CHECKING:
     import shapely
 
 # What is less far (m) within a shore is on it: rounding.
 SHORE = 1e-6
+
+# A way that is less far (m) within a shore goes along it; a vessel stops so far off (m).
+ASHORE, OFF_SHORE = 1e-3, 1.0
+
+# Of a path no more places are looked at.
+MOST_LOOKS = 200_000
 
 # Discs are polygons of four times so many corners.
 QUARTER = 90
@@ -97,6 +105,42 @@ class Land:
         ashore = shapely.intersection(self.shape, shapely.LineString([here, there]))
         ways = np.hypot(*(shapely.get_coordinates(ashore) - there).T)
         return float(ways.min()), float(ways.max())
+
+    def along(self, path: Path, step: float = 0.25) -> tuple[float, float]:
+        """Return how much (m) of a path leads over it, and where along that it first does; both 0
+        of one that does not.  It is looked at in steps (m), between which it is straight.
+        """
+        import shapely
+
+        count = max(math.ceil(path.length / step), 1)
+        ways = np.linspace(0.0, path.length, min(count, MOST_LOOKS) + 1)
+        line = shapely.LineString(path.sample(ways)[:, :2])
+        over = shapely.intersection(line, shapely.buffer(self.shape, -ASHORE))
+        if over.is_empty:
+            return 0.0, 0.0
+        on = self.holds(path.sample(ways))
+        return float(over.length), float(ways[int(on.argmax())])
+
+    def stopped(self, here: Point, there: Point) -> Point:
+        """Return where (m) on the straight way from one place to another a vessel stops before it.
+
+        A vessel on it goes nowhere.
+        """
+        if not self.crossed([here], [there])[0, 0]:
+            return there
+        share = max(self.met(there, here)[0] - OFF_SHORE, 0.0) / math.dist(here, there)
+        return here[0] + share * (there[0] - here[0]), here[1] + share * (there[1] - here[1])
+
+    def afloat(self, place: Point) -> Point:
+        """Return the place (m) on the water that is nearest to one, and some way off the shore."""
+        import shapely
+
+        near = shapely.buffer(self.shape, OFF_SHORE)
+        if not shapely.contains_xy(near, *place):
+            return place
+        edge = shapely.shortest_line(near.boundary, shapely.Point(place))
+        x, y = shapely.get_coordinates(edge)[0].tolist()
+        return x, y
 
     def holds(self, points: ArrayLike) -> Flags:
         """Tell of each point (n, 2 or more), m, whether it is on land, (n,)."""

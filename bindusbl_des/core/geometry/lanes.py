@@ -6,10 +6,13 @@ All of it in the frame of the lanes: they run along x, and follow one another al
 import math
 from bisect import bisect_left
 from collections.abc import Sequence
-from itertools import pairwise
-from typing import NamedTuple
+from itertools import chain, pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
 from .area import Area, Point, bounds
+
+if TYPE_CHECKING:
+    import shapely
 
 # Rounding that must not cost a strip its last lane (spacings).
 LANE_TOLERANCE = 1e-9
@@ -28,17 +31,23 @@ class Lane(NamedTuple):
 
 
 class Share(NamedTuple):
-    """The lanes of one AUV, lowest first, and the centre of what it sweeps, x and y (m)."""
+    """The lanes of one AUV, lowest first, the centre of what it sweeps, x and y (m), and whether it
+    is to stay inside the survey.
+    """
 
     lanes: tuple[Lane, ...]
     centre: Point
+    inside: bool = False
 
 
 class Ruling(NamedTuple):
-    """How lanes are drawn: how far apart (m), and how far within the survey's edge they end (m)."""
+    """How lanes are drawn: how far apart (m), how far within the survey's edge they end (m), and
+    whether they stay `inside` it: a lane that leaves it and comes back is several.
+    """
 
     spacing: float
     margin: float
+    inside: bool = False
 
 
 def lane_ordinates(lower: float, height: float, spacing: float) -> list[float]:
@@ -73,9 +82,12 @@ def strips(area: Area, ruling: Ruling, total: int) -> list[Share]:
     shares = []
     for number, (lower, (left, right)) in enumerate(zip(lowers, widths, strict=True)):
         ordinates = lane_ordinates(lower, height, ruling.spacing)
-        lanes = _lanes(area, ordinates, min(ruling.spacing, height), ruling.margin)
+        parts = _lanes(area, ordinates, min(ruling.spacing, height), ruling)
+        lanes = list(chain(*parts))
+        if not lanes:
+            raise ValueError(f"leaves AUV{number} no lane: its strip holds too little water")
         middle = box.y_min + (number + 0.5) * across / total
-        shares.append(Share(tuple(lanes), ((left + right) / 2, middle)))
+        shares.append(Share(tuple(lanes), ((left + right) / 2, middle), ruling.inside))
     return shares
 
 
@@ -108,13 +120,16 @@ def equal_lengths(area: Area, ruling: Ruling, total: int) -> list[Share]:
         )
     apart = across / count
     ordinates = [box.y_min + apart * (lane + 0.5) for lane in range(count)]
-    lanes = _lanes(area, ordinates, apart, ruling.margin)
-    shares = []
-    for first, last in pairwise(_cuts([lane.x_max - lane.x_min for lane in lanes], total)):
-        mine = lanes[first:last]
+    lanes = _lanes(area, ordinates, apart, ruling)
+    shares = list[Share]()
+    lengths = [sum(lane.x_max - lane.x_min for lane in parts) for parts in lanes]
+    for first, last in pairwise(_cuts(lengths, total)):
+        mine = list(chain(*lanes[first:last]))
+        if not mine:
+            raise ValueError(f"leaves AUV{len(shares)} no lane: its share holds too little water")
         around = bounds([(x, lane.y) for lane in mine for x in (lane.x_min, lane.x_max)])
         centre = (around.x_min + around.x_max) / 2, (around.y_min + around.y_max) / 2
-        shares.append(Share(tuple(mine), centre))
+        shares.append(Share(tuple(mine), centre, ruling.inside))
     return shares
 
 
@@ -135,18 +150,60 @@ def _cuts(lengths: Sequence[float], total: int) -> list[int]:
     return [*cuts, len(lengths)]
 
 
-def _lanes(area: Area, ordinates: Sequence[float], width: float, margin: float) -> list[Lane]:
-    """Return the lanes along some y (m), each as long as what of the survey it sweeps.
+def _lanes(
+    area: Area, ordinates: Sequence[float], width: float, ruling: Ruling
+) -> list[list[Lane]]:
+    """Return the lanes along each y (m), each as long as what of the survey it sweeps.
 
     A lane reaches over all of the survey in its band of `width` (m), so that nothing is left out
-    beside a slanting edge, and straight on where the survey leaves the band and comes back.
+    beside a slanting edge, and straight on where the survey leaves the band and comes back; but for
+    land, and water where nobody goes.  Those that stay inside reach from edge to edge.
     """
+    margin = ruling.margin
+    if ruling.inside:
+        wide = area.box.x_min - 1.0, area.box.x_max + 1.0
+        return [_afloat(area.shape, y, wide, margin) for y in ordinates]
+    if area.closed:
+        whole = Area(area.corners, area.turn, area.is_rectangle)
+        spans = chain(*_lanes(whole, ordinates, width, ruling))
+        room = _room(area)
+        return [_afloat(room, y, (left, right), margin) for y, left, right in spans]
     bands = [(y - width / 2, y + width / 2) for y in ordinates]
-    lanes = []
+    lanes = list[list[Lane]]()
     for y, (left, right) in zip(ordinates, area.spans(bands), strict=True):
         left, right = left + margin, right - margin
         if right - left < SHORTEST_LANE:
             middle = (left + right) / 2
             left, right = middle - SHORTEST_LANE / 2, middle + SHORTEST_LANE / 2
-        lanes.append(Lane(y, left, right))
+        lanes.append([Lane(y, left, right)])
     return lanes
+
+
+def _room(area: Area) -> "shapely.Geometry":
+    """Return a box about an area without what of it, or beside it, is closed."""
+    import shapely
+
+    around, wide = bounds(area.outline), area.across
+    box = shapely.box(
+        around.x_min - wide, around.y_min - wide, around.x_max + wide, around.y_max + wide
+    )
+    return shapely.difference(box, area.closed_shape)
+
+
+def _afloat(
+    room: "shapely.Geometry", y: float, span: tuple[float, float], margin: float
+) -> list[Lane]:
+    """Return what of a lane along y (m), from one x to another (m), is in a room: parts that end so
+    far (m) before its edges.
+    """
+    import shapely
+
+    line = shapely.intersection(room, shapely.LineString([(span[0], y), (span[1], y)]))
+    found = []
+    for part in shapely.get_parts(line):
+        (left, _, right, _), (first, last) = shapely.bounds(part).tolist(), span
+        left += margin * (left > first + LANE_TOLERANCE)
+        right -= margin * (right < last - LANE_TOLERANCE)
+        if right - left >= SHORTEST_LANE:
+            found.append(Lane(y, left, right))
+    return sorted(found)

@@ -207,6 +207,23 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Seg
     >>> [round(segment.curvature * segment.length, 3) for segment in way]
     [-0.723, 4.587, -0.723]
     """
+    solved = _solved(start, end, radius)
+    least = min(sum(turns) for turns in solved.values())
+    word = next(word for word, turns in solved.items() if sum(turns) <= least + ROUNDING)
+    return _curve(word, solved[word], radius)
+
+
+def dubins_curves(start: Pose, end: Pose, radius: float) -> list[tuple[Segment, ...]]:
+    """Return the curves of all words from one pose to another, the shortest first; errors are those
+    of :func:`dubins_segments`.
+    """
+    solved = _solved(start, end, radius)
+    words = sorted(solved, key=lambda word: sum(solved[word]))
+    return [_curve(word, solved[word], radius) for word in words]
+
+
+def _solved(start: Pose, end: Pose, radius: float) -> dict[str, Turns]:
+    """Return the turns (rad), and the straight (radii), of each word that there is."""
     if not 0.0 < radius < math.inf:
         raise ValueError(f"turning radius must be positive and finite; met {radius}; give metres")
     ahead, aside = (end.x - start.x) / radius, (end.y - start.y) / radius
@@ -215,11 +232,13 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Seg
         turns = solve(ahead, side * aside, side * start.yaw, side * end.yaw)
         if turns is not None:
             solved[word] = turns
-    least = min(sum(turns) for turns in solved.values())
-    word = next(word for word, turns in solved.items() if sum(turns) <= least + ROUNDING)
+    return solved
+
+
+def _curve(word: str, turns: Turns, radius: float) -> tuple[Segment, Segment, Segment]:
     bend = {"L": 1.0 / radius, "R": -1.0 / radius, "S": 0.0}
     first, second, third = (
-        Segment(bend[kind], turn * radius) for kind, turn in zip(word, solved[word], strict=True)
+        Segment(bend[kind], turn * radius) for kind, turn in zip(word, turns, strict=True)
     )
     return first, second, third
 

@@ -169,7 +169,12 @@ def turned_onto(
         for hand in (1.0, -1.0):
             turn, joined = turn_about(yaw, radius, join_angle, hand)
             if joined < first.length:
-                overshoot = _beyond(Path(end, turn), box) - max(0.0, box.beyond(end.x, end.y))
+                reached = Path(end, turn).box
+                beyond = max(
+                    box.beyond(reached.x_max, reached.y_max),
+                    box.beyond(reached.x_min, reached.y_min),
+                )
+                overshoot = beyond - max(0.0, box.beyond(end.x, end.y))
                 length = sum(segment.length for segment in turn) - joined
                 options.append((round(length, 6), max(overshoot, 0.0), hand, turn, joined))
     if not options:
@@ -177,12 +182,6 @@ def turned_onto(
     *_, turn, joined = min(options)
     rest = Segment(0.0, first.length - joined)
     return (*turn, rest, *path.segments[1:]), joined
-
-
-def _beyond(path: Path, box: Box) -> float:
-    """Return how far (m) a path leaves a box, negative within it."""
-    reached = path.box
-    return max(box.beyond(reached.x_max, reached.y_max), box.beyond(reached.x_min, reached.y_min))
 
 
 def turn_about(

@@ -44,7 +44,6 @@ from ..scenario.part_choice import checked_part
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.fixes import UsblWithErrors
-from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import instrument_named
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import slow_numbers
@@ -320,7 +319,10 @@ def _passive(
 def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
     """Return how the fleet of a scenario measures pings."""
     usbl = setup.scenario.usbl
-    instrument = instrument_named(usbl.model) or carried(setup, streams)
+    instrument = instrument_named(usbl.model)
+    if instrument is None:
+        systematic = systematic_errors_of(setup, streams)
+        instrument = setup.usbl if systematic is None else UsblWithErrors(setup.usbl, systematic)
     counts, slow = (setup.scenario.auvs.count, setup.scenario.asvs.count), None
     if not usbl.model.is_own:
         elements = len(elements_of(usbl.array))
@@ -362,11 +364,3 @@ def frame_band(setup: Setup, streams: Streams) -> FrameBand:
         mf.range_metric == "slant",
         mf.doppler_limit_m_per_s,
     )
-
-
-def carried(setup: Setup, streams: Streams) -> Usbl | UsblWithErrors:
-    """Return the USBL instrument that every ASV, or with passive ranging every AUV, carries, with
-    its systematic errors, if any.
-    """
-    usbl, systematic = setup.usbl, systematic_errors_of(setup, streams)
-    return usbl if systematic is None else UsblWithErrors(usbl, systematic)

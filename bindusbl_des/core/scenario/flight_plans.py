@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import dist
+from typing import TYPE_CHECKING
 
 from ..geometry.area import Area, turned
 from ..geometry.lanes import SHORTEST_LANE, Ruling, Share, equal_lengths, strips
@@ -25,6 +26,9 @@ from .scenario_keys import Environment
 from .sections.routes import Lawnmower, RouteTraits
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 
+if TYPE_CHECKING:
+    from ..geometry.ways import Water
+
 # What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share
 # of the whole for turns that they follow loosely.
 STARTING_S, LOOSELY = 10.0, 0.05
@@ -44,6 +48,7 @@ class Planner:
     area: Area
     lanes_heading: float
     radii: Sequence[float]
+    _waters: "dict[float, Water]" = field(default_factory=dict)
 
     def plans(self) -> tuple[FlightPlan, ...]:
         """Return what each AUV is to fly (routes lawnmower and waypoints).
@@ -98,15 +103,22 @@ class Planner:
             None if place is None else turned(place, -heading)
             for place in (own.launch_m, own.recovery_m)
         )
-        box = area.along(heading).box
+        here = area.along(heading)
         start = share.centre if route.start == "strip_centre" else None
+        turning, box, spacing = Turning(radius, route.turns, join), here.box, route.lane_spacing_m
+        if here.closed or share.inside:
+            from ..geometry.round_land import over_water  # brings networkx
+            from ..geometry.ways import water_of
+
+            water = self._waters.get(radius)
+            if water is None:
+                water = self._waters[radius] = water_of(here, radius, inside=share.inside)
+            if start is not None and not water.rooms[0].afloat(start):
+                start = None  # it begins with its first lane
+            plan = over_water(share.lanes, spacing, route.turns, water, launch or start, recovery)
+            return FlightPlan(plan.path.turned(heading), plan.lanes, plan.tour.turned(heading))
         path, lanes = lawnmower(
-            share,
-            route.lane_spacing_m,
-            Turning(radius, route.turns, join),
-            begin=launch or start,
-            recovery=recovery,
-            box=box,
+            share, spacing, turning, begin=launch or start, recovery=recovery, box=box
         )
         tour = path if recovery is not None else there_and_back(path, box, radius, join)
         return FlightPlan(path.turned(heading), lanes, tour.turned(heading))
@@ -143,7 +155,10 @@ def shares_of(area: Area, heading: float, route: Lawnmower, auvs: int) -> list[S
         ValueError: when there are fewer lanes than AUVs that are to share them.
     """
     spacing, margin = route.lane_spacing_m, route.end_margin_m
-    ruling = Ruling(spacing, spacing / 2 if margin is None else margin)
+    inside = route.inside
+    if inside is None:
+        inside = not (area.is_rectangle or area.is_convex)
+    ruling = Ruling(spacing, spacing / 2 if margin is None else margin, inside)
     divide = strips if route.division == "strips" else equal_lengths
     return divide(area.along(heading), ruling, auvs)
 

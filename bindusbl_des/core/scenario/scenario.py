@@ -18,6 +18,7 @@ from ...support.plain_data import leaves
 from ...support.plugins import is_plugin
 from ...support.wording import LONG_S, did_you_mean, plain, shortened, timed
 from .agreement.instruments import instruments_problems, sizes_problems, water_problems
+from .agreement.land import land_problems
 from .agreement.protocol import (
     acoustics_problems,
     modems_problems,
@@ -252,6 +253,7 @@ SUBJECTS = (
     places_problems,
     route_problems,
     formation_problems,
+    land_problems,
     failures_problems,
     _parts_problems,
     protocol_problems,

@@ -65,6 +65,7 @@ class Anchors:
         self._known = known
         self._mover, self._pace, self._prediction, self._lead = mover, pace, prediction, lead_s
         scenario = site.scenario
+        self._closed = site.closed
         self._reach, number = site.horizontal_reach_m, scenario.asvs.count
         self._failures, self._all = site.failures, np.ones(number, dtype=np.bool_)
         given = getattr(scenario.asvs.formation, "start_m", None)
@@ -72,6 +73,8 @@ class Anchors:
         self._is_new = given is not None
         nowhere = np.full((number, 2), np.nan)
         start = np.array(given) if given else mover.targets(self._view(0.0, 0.0, nowhere, nowhere))
+        if self._closed is not None:
+            start = np.array([self._closed.afloat((x, y)) for x, y in start.tolist()])
         orders = 1 + ceil(scenario.duration_s / pace.replan_s)
         self.steered = Steered(start, pace.speed_m_per_s, orders, lead_s)
         self.fleet = VehicleFleet(self.steered.vehicles, self.steered.motion, steered=self.steered)
@@ -105,7 +108,15 @@ class Anchors:
             places, bound_for = self.steered.places(begins), self.steered.bound_for.copy()
             view = self._view(time, begins, places, bound_for)
             if view.working.any():
-                self.steered.go(begins, self._mover.targets(view))
+                self.steered.go(begins, self._before_land(places, self._mover.targets(view)))
+
+    def _before_land(self, places: Floats, targets: Floats) -> Floats:
+        """Return targets (m, 2), m, that ASVs at places (m, 2) reach without going over land."""
+        closed = self._closed
+        if closed is None:
+            return targets
+        ways = zip(places.tolist(), targets.tolist(), strict=True)
+        return np.array([closed.stopped((x, y), (to_x, to_y)) for (x, y), (to_x, to_y) in ways])
 
     def _note(self, fixes: EventBuffer) -> None:
         """Hand the last new fix of each AUV to the prediction."""

@@ -206,6 +206,13 @@ class Lawnmower(Flown):
         "shortest", "", "lane order: neighbours with bulb turns, skipping lanes, or the shorter"
     )
 
+    inside: bool | None = key(
+        None,
+        "",
+        "whether lanes that leave the area and come back are flown in parts, from edge to edge; "
+        "null = where the area is not convex",
+    )
+
     @property
     def lanes(self) -> "Lawnmower":
         """How the survey is swept in lanes."""

@@ -1,0 +1,188 @@
+"""Ways round land: the shortest between two places on the water, and curves that stay on it.
+
+Round corners of land a way keeps as far off as a vehicle's turns are wide, so that it can be turned
+into: the shortest such way goes along a visibility graph.  Where places lie nearer to land, or two
+shores do to each other, it keeps less far off.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import networkx as nx
+import numpy as np
+import shapely
+
+from ...support.facts import cached_property
+from .area import Area, Point
+from .drawn_routes import corner_poses
+from .paths import Path, Pose, Segment, dubins_curves
+
+# How far off land ways are sought, in turning radii, the first that is enough.
+OFF = (1.0, 0.5, 0.2, 0.0)
+
+# Parts of a quarter of a turn round a corner, and shares of the radius: by how much a coast may be
+# straightened, in which steps curves are looked at.
+QUARTER, STRAIGHTER, STEP = 8, 0.05, 0.1
+
+# A way may be on land by so little (m): rounding.
+TOUCHES = 1e-6
+
+# Of a coast with more corners than these a coarser one is gone along.
+MOST_CORNERS = 400
+
+# How much (radii) before its end a lane is left, and behind its beginning joined, where there is no
+# room to turn at both.
+SOONER = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
+
+# No way leads farther (m) from an area.
+FARTHEST = 1e6
+
+# How far (radii) turns may lead out of an area whose ways are to stay in it.
+BEYOND = 2.5
+
+
+class Water:
+    """Where vehicles of a turning radius (m) may go: of several rooms, as shapely has them, in the
+    first that will do; each of `rooms` is one of them, the last `sea` is where one may go at all.
+    """
+
+    def __init__(self, rooms: Sequence[shapely.Geometry], radius: float) -> None:
+        self.radius, self.rooms = radius, [Room(room, radius) for room in rooms]
+        self.sea = self.rooms[-1]
+
+
+class Room:
+    """Where vehicles of a turning radius (m) are to go."""
+
+    def __init__(self, room: shapely.Geometry, radius: float) -> None:
+        self.room, self.radius = room, radius
+        self._open = shapely.buffer(room, TOUCHES)
+        shapely.prepare(self._open)
+
+    def afloat(self, place: Point) -> bool:
+        """Tell whether a place (m) is on the water."""
+        return bool(shapely.covers(self._open, shapely.Point(place)))
+
+    def holds(self, path: Path) -> bool:
+        """Tell whether a path leads over water alone."""
+        return bool(shapely.covers(self._open, _line(path, STEP * self.radius)))
+
+    def curve(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
+        """Return the shortest Dubins curve from one pose to another that leads over water alone;
+        None where there is none.
+        """
+        for curve in dubins_curves(start, end, self.radius):
+            if self.holds(Path(start, curve)):
+                return curve
+        return None
+
+    def joined(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
+        """Return the way from one pose to another: a Dubins curve, or round land."""
+        direct = self.curve(start, end)
+        straight = math.hypot(end.x - start.x, end.y - start.y)
+        if direct is not None and _length(direct) < straight + 2.0 * math.pi * self.radius:
+            return direct
+        found = [] if direct is None else [direct]
+        for corners in self.around((start.x, start.y), (end.x, end.y)):
+            poses = [start, *corner_poses(corners, self.radius), end]
+            legs = [self.curve(one, other) for one, other in pairwise(poses)]
+            if all(leg is not None for leg in legs):
+                found.append(tuple(segment for leg in legs for segment in leg or ()))
+                break
+        return min(found, key=_length, default=None)
+
+    def around(self, start: Point, end: Point) -> Iterator[list[Point]]:
+        """Yield the shortest ways between two places (m), with their corners, the farthest off land
+        first.
+        """
+        for off in OFF:
+            if (way := self._sought(start, end, off * self.radius)) is not None:
+                yield way
+
+    def _sought(self, start: Point, end: Point, off: float) -> list[Point] | None:
+        within, corners, graph = self._graph(off)
+        ends, places = np.array([start, end]), np.vstack((corners, [start, end]))
+        for number, place in enumerate(ends):
+            lines = shapely.linestrings(np.stack(np.broadcast_arrays(place[None], places), axis=1))
+            # who begins near land leaves it first, however near that is
+            free = shapely.covers(within if off == 0.0 else self._open, lines)
+            for other in np.flatnonzero(free).tolist():
+                away = float(math.dist(place, places[other]))
+                graph.add_edge(len(corners) + number, other, weight=away)
+        try:
+            found = nx.dijkstra_path(graph, len(corners), len(corners) + 1)
+        except (nx.NetworkXNoPath, nx.NodeNotFound):
+            return None
+        finally:
+            graph.remove_nodes_from([len(corners), len(corners) + 1])
+        return [(float(x), float(y)) for x, y in places[found]]
+
+    @cached_property
+    def _graphs(self) -> "dict[float, tuple[shapely.Geometry, np.ndarray, nx.Graph[int]]]":
+        return {}
+
+    def _graph(self, off: float) -> "tuple[shapely.Geometry, np.ndarray, nx.Graph[int]]":
+        """Return the room that is so far (m) off land, its corners, and how far those that see each
+        other are apart (m).
+        """
+        if off not in self._graphs:
+            round_it = off / math.cos(math.pi / 4.0 / QUARTER)  # its sides touch the circle
+            room, finely = shapely.buffer(self.room, -round_it, quad_segs=QUARTER), STRAIGHTER
+            corners = _corners(room)
+            while len(corners) > MOST_CORNERS:
+                corners = _corners(shapely.simplify(room, finely * self.radius))
+                finely *= 2.0
+            within = shapely.buffer(room, max(TOUCHES, 2.0 * finely * self.radius * (off > 0.0)))
+            shapely.prepare(within)
+            graph: nx.Graph[int] = nx.Graph()
+            one, other = np.triu_indices(len(corners), 1)
+            lines = shapely.linestrings(np.stack((corners[one], corners[other]), axis=1))
+            seen = shapely.covers(within, lines)
+            apart = shapely.length(lines)
+            graph.add_weighted_edges_from(
+                zip(one[seen].tolist(), other[seen].tolist(), apart[seen].tolist(), strict=True)
+            )
+            self._graphs[off] = within, corners, graph
+        return self._graphs[off]
+
+
+def _corners(room: shapely.Geometry) -> "np.ndarray":
+    """Return the corners (n, 2), m, of a room at which ways may turn: those that land has outwards.
+
+    Where a room ends outwards nothing is to be gone round.
+    """
+    found = [np.empty((0, 2))]
+    for part in shapely.get_parts(room):
+        if part.is_empty:
+            continue
+        for number, ring in enumerate(shapely.get_rings(part)):
+            at = shapely.get_coordinates(ring)[:-1]
+            if shapely.is_ccw(ring) != (number == 0):  # room is to be to the left
+                at = at[::-1]
+            into, out = at - np.roll(at, 1, axis=0), np.roll(at, -1, axis=0) - at
+            found.append(at[into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0] < 0.0])
+    return np.concatenate(found)
+
+
+def _line(path: Path, step: float) -> shapely.Geometry:
+    """Return a path as shapely's, looked at in steps (m)."""
+    count = max(math.ceil(path.length / step), 1)
+    return shapely.LineString(path.sample(np.linspace(0.0, path.length, count + 1))[:, :2])
+
+
+def _length(segments: Sequence[Segment]) -> float:
+    return sum(segment.length for segment in segments)
+
+
+def water_of(area: Area, radius: float, *, inside: bool) -> Water:
+    """Return where vehicles of a turning radius (m) may go, in the frame of an area: not where it
+    is closed and, if they are to stay `inside`, beyond its edge only where there is no other room
+    to turn.
+    """
+    (x, y), wide = area.centroid, FARTHEST
+    sea = shapely.difference(shapely.box(x - wide, y - wide, x + wide, y + wide), area.closed_shape)
+    if not inside:
+        return Water((sea,), radius)
+    near = shapely.intersection(shapely.buffer(area.shape, BEYOND * radius), sea)
+    return Water((area.shape, near, sea), radius)
