@@ -44,7 +44,8 @@ from ..scenario.part_choice import checked_part
 from ..setup import Setup
 from ..usbl.array import elements_of
 from ..usbl.fixes import UsblWithErrors
-from ..usbl.own_instrument import instrument_named
+from ..usbl.instrument import Usbl
+from ..usbl.own_instrument import OwnInstrument, instrument_named
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import slow_numbers
 from ..vehicles.fleet import VehicleFleet
@@ -319,7 +320,7 @@ def _passive(
 def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
     """Return how the fleet of a scenario measures pings."""
     usbl = setup.scenario.usbl
-    instrument = instrument_named(usbl.model)
+    instrument: Usbl | UsblWithErrors | OwnInstrument | None = instrument_named(usbl.model)
     if instrument is None:
         systematic = systematic_errors_of(setup, streams)
         instrument = setup.usbl if systematic is None else UsblWithErrors(setup.usbl, systematic)
