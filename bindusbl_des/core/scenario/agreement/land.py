@@ -6,6 +6,7 @@ from ....support.mistakes import Problem
 from ....support.plugins import PluginError
 from ...geometry.area import Point
 from ..site import Site
+from .vehicles import has_too_many_lanes
 
 # A way that is on land for no longer than this (m) only touches it.
 TOUCHES_M = 1e-3
@@ -92,6 +93,8 @@ def _ways(site: Site) -> Iterator[Problem]:
     closed = site.closed
     if closed is None or not any(wing.asked.is_flown for wing in site.wings):
         return
+    if any(has_too_many_lanes(site, wing) for wing in site.wings):
+        return  # which is told elsewhere
     try:
         plans = site.plans_that_ship
     except (ValueError, PluginError):

@@ -14,7 +14,8 @@ from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure
 from ..site import Site
 
-MOST_LANES = 100_000
+# Lanes of a survey, and of one with land, each of which is planned through the water that is left.
+MOST_LANES, MOST_ROUND_LAND = 100_000, 2_000
 
 
 def survey_problems(site: Site) -> Iterator[Problem]:
@@ -95,14 +96,24 @@ def _lanes(site: Site) -> Iterator[Problem]:
             yield from _ruled(site, wing, wing.asked.lanes)
 
 
+def has_too_many_lanes(site: Site, wing: Wing) -> bool:
+    """Tell whether AUVs would sweep the survey in more lanes than are planned."""
+    if wing.asked.lanes is None:
+        return False
+    box = site.area.along(site.lanes_heading_rad(wing)).box
+    most = MOST_ROUND_LAND if site.area.closed else MOST_LANES
+    return (box.y_max - box.y_min) / wing.asked.lanes.lane_spacing_m > most
+
+
 def _ruled(site: Site, wing: Wing, route: Lawnmower) -> Iterator[Problem]:
     area, shape, many = site.area, f"survey.{site.scenario.survey.shapes[0]}", len(wing)
     box = area.along(site.lanes_heading_rad(wing)).box
     spacing, across = route.lane_spacing_m, box.y_max - box.y_min
-    if across / spacing > MOST_LANES:
+    if has_too_many_lanes(site, wing):
+        most = f"{MOST_ROUND_LAND:,} round land" if area.closed else f"{MOST_LANES:,}"
         yield Problem(
             f"{wing.key}.lane_spacing_m",
-            f"makes {across / spacing:.2g} lanes, more than {MOST_LANES:,}; use a wider spacing",
+            f"makes {across / spacing:.2g} lanes, more than {most}; use a wider spacing",
             (shape, f"{wing.key}.kind"),
         )
     elif route.division == "equal_length" and lane_count(across, spacing) < many:
