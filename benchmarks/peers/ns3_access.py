@@ -25,6 +25,7 @@ import numpy as np
 from ns3_uan import compiled_driver
 
 from bindusbl_des import Mission, Result, Scenario, simulate
+from bindusbl_des.models.access.acknowledging import Acknowledging
 from bindusbl_des.models.access.aloha import aloha
 from bindusbl_des.models.access.csma import CarrierSense, csma
 
@@ -158,7 +159,7 @@ def flown(case: Case, draws: list[list[int]]) -> Result:
             yield from (
                 csma(node, settings=CarrierSense(**settings))
                 if case["access"] == "csma"
-                else aloha(node)
+                else aloha(node, settings=Acknowledging())
             )
 
     return simulate(scenario_of(case, program), case["seed"])

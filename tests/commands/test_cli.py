@@ -230,6 +230,8 @@ def test_defaults_in_the_list_are_those_of_the_scenario() -> None:
         if not rest or section not in sections or row["only"] not in ("", "lawnmower"):
             continue
         if row["default"] and row["kind"] != "metric" and "failures." not in row["key"]:
+            if row["key"].startswith("auvs.groups."):  # a list, whose items are numbered
+                continue
             given = parse_scenario(text, overrides=[f"{row['key']}={row['default']}"])
             assert given == plain, row["key"]
             compared += 1

@@ -10,7 +10,7 @@ from commands_for_tests import COMMANDS, call
 TINY = "name: tiny\nduration_s: 5\nrecord: {detail: summary}\n"
 
 # Commands whose product is a file to be edited print no data.
-WITHOUT_JSON = {"init"}
+WITHOUT_JSON = {"init", "workbench"}
 WITH_SET = {"run", "live", "sweep", "validate", "timing", "coverage", "plan", "verify"}
 
 

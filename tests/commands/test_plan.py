@@ -242,4 +242,4 @@ def test_a_plan_is_no_mission_to_export(tmp_path: Path) -> None:
     (tmp_path / "question.json").touch()
     told = call("export", tmp_path, "--to", "csv")
     assert told.exit_code == 2
-    assert "is a plan, of many missions; export its team to geojson, kml, gpx" in told.stderr
+    assert "is a plan, of many missions; export its team to" in told.stderr

@@ -17,9 +17,10 @@ MANY = pytest.param(range(100, 1000), marks=pytest.mark.slow)
 
 
 def setup_of(bay: Bay) -> Setup:
-    return Setup(Scenario(name="bay", survey=bay.survey, auvs={"route": HELD}))
+    return Setup(Scenario(name="bay", survey=bay.survey, auvs={"route": HELD}, asvs=FAR))
 
 
+FAR = {"count": 1, "formation": {"positions_m": [[1e3, 30.0]]}}
 HELD = {"kind": "hold", "positions_m": [[1e3, 0.0], [1e3, 10.0], [1e3, 20.0]]}
 
 

@@ -53,7 +53,7 @@ def test_what_is_accepted_does_not_collide_in_missions_against_it(tmp_path: Path
         (seed, verify(scenario), collided[str(seed)])
         for seed, _, scenario in scenarios(range(FIRST, FIRST + DRAWN), tmp_path, SHORT_S)
     )
-    assert accepted >= 5
+    assert accepted >= 2
     assert accepted >= LEAST_ACCEPTED * quiet
 
 

@@ -475,4 +475,4 @@ def test_no_vehicle_is_faster_than_its_bound(vehicle: str) -> None:
     track = simulate(world.scenario, 0).tables["tracks"].query("vehicle == 'AUV0'")
     moved = np.diff(track[["x_m", "y_m", "z_m"]].to_numpy(), axis=0)
     fastest = (np.linalg.norm(moved, axis=1) / np.diff(track["time_s"])).max()
-    assert world.setup.fastest_m_per_s < fastest <= world.bounds.max_speed_m_per_s
+    assert Setup(world.scenario).fastest_m_per_s < fastest <= world.bounds.max_speed_m_per_s

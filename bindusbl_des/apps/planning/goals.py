@@ -164,7 +164,7 @@ def goal_of(written: str, is_below: bool = True, of: Of = "worst") -> Goal:
     """Return the goal of METRIC=VALUE, as an option of the command line has it.
 
     >>> goal_of("position_error_p95_m=1")
-    Goal(metric='position_error_p95_m', below=1.0, above=None, of='worst')
+    Goal(metric='position_error_p95_m', below=1.0, above=None, of='worst', lost=0)
 
     Raises:
         ValueError: when it is not written so, or is no goal.
@@ -185,7 +185,7 @@ def goals_in(written: object) -> tuple[Goal, ...]:
     """Return the goals of a plan's file: one mapping of metric, below or above, and of, or a list.
 
     >>> goals_in({"metric": "hf_coverage", "above": 0.9, "of": "mean"})
-    (Goal(metric='hf_coverage', below=None, above=0.9, of='mean'),)
+    (Goal(metric='hf_coverage', below=None, above=0.9, of='mean', lost=0),)
 
     Raises:
         ValueError: when one is no goal; it names the key.

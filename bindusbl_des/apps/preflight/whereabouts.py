@@ -242,7 +242,8 @@ def leaving(setup: Setup) -> Iterator[Problem]:
         count = min(math.ceil(plan.path.length), MOST_STEPS) + 1
         places = plan.path.sample(np.linspace(0.0, plan.path.length, count))[:, :2]
         beyond = shapely.distance(area.shape, shapely.points(places))
-        if beyond.max() > SHORTEST_GAP_M:
+        # Turns at the ends of lanes reach beyond an edge by their radius at most.
+        if beyond.max() > max(SHORTEST_GAP_M, setup.turning_radii_m[auv]):
             line = shapely.LineString(places)
             out = shapely.length(shapely.difference(line, area.shape))
             outside[auv] = float(out), float(beyond.max())
