@@ -15,7 +15,7 @@ from .drawn_routes import corner_poses
 from .lanes import LANE_TOLERANCE, Lane
 from .paths import Path, Pose, Segment, dubins_segments
 from .routes import FlightPlan, lane_order
-from .ways import SOONER, Water
+from .ways import SOONER, Water, length_of
 
 Leg = tuple[Pose, Pose]
 # Where along a path a lane begins and ends (m)
@@ -48,7 +48,7 @@ def over_water(
     path, parts = flown.path, flown.lanes
     if begin is not None:
         entry = _from(water, begin, path.start)
-        before = sum(segment.length for segment in entry[1])
+        before = length_of(entry[1])
         path = Path(entry[0], (*entry[1], *path.segments))
         parts = [(first + before, last + before) for first, last in parts]
     if recovery is not None:
@@ -140,7 +140,7 @@ class _Flown:
             done += long
             if number < len(joins):
                 segments += joins[number]
-                done += sum(segment.length for segment in joins[number])
+                done += length_of(joins[number])
         self.path = Path(_along(legs[0][0], cut[0][0]), tuple(segments))
         self.lanes: list[Length] = lanes
 
@@ -172,7 +172,7 @@ def _joined(
                 curve = how(one, other)
                 if curve is None:
                     continue
-                if how == room.joined or sum(part.length for part in curve) < turn:
+                if how == room.joined or length_of(curve) < turn:
                     return step, curve
     return 0.0, dubins_segments(leg[1], following[0], water.radius)
 
@@ -217,7 +217,7 @@ def _about(path: Path, water: Water) -> tuple[float, float, tuple[Segment, ...]]
                 at = path.at(left - back * radius).reversed()
                 curve = room.curve(path.at(left), at)
                 if curve is not None:
-                    longer = sum(part.length for part in curve) - back * radius
+                    longer = length_of(curve) - back * radius
                     found.append((longer, back * radius, curve))
         if found:
             _, back_m, curve = min(found, key=lambda turn: turn[:2])

@@ -81,7 +81,7 @@ class Room:
         """Return the way from one pose to another: a Dubins curve, or round land."""
         direct = self.curve(start, end)
         straight = math.hypot(end.x - start.x, end.y - start.y)
-        if direct is not None and _length(direct) < straight + 2.0 * math.pi * self.radius:
+        if direct is not None and length_of(direct) < straight + 2.0 * math.pi * self.radius:
             return direct
         found = [] if direct is None else [direct]
         for corners in self.around((start.x, start.y), (end.x, end.y)):
@@ -90,7 +90,7 @@ class Room:
             if all(leg is not None for leg in legs):
                 found.append(tuple(segment for leg in legs for segment in leg or ()))
                 break
-        return min(found, key=_length, default=None)
+        return min(found, key=length_of, default=None)
 
     def around(self, start: Point, end: Point) -> Iterator[list[Point]]:
         """Yield the shortest ways between two places (m), with their corners, the farthest off land
@@ -171,7 +171,8 @@ def _line(path: Path, step: float) -> shapely.Geometry:
     return shapely.LineString(path.sample(np.linspace(0.0, path.length, count + 1))[:, :2])
 
 
-def _length(segments: Sequence[Segment]) -> float:
+def length_of(segments: Sequence[Segment]) -> float:
+    """Return how long (m) segments are together."""
     return sum(segment.length for segment in segments)
 
 
