@@ -353,14 +353,18 @@ def _settle(
     fleet = Fleet(model, rest, commands=np.atleast_2d(command), overrides=overrides, step_s=step_s)
     before = np.full(3, np.nan)
     for window in range(round(PATIENCE_S / WINDOW_S)):
-        with np.errstate(over="ignore", invalid="ignore"):  # a drag that drives never settles
-            motion = _window(fleet, window * WINDOW_S)
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):  # a drag that drives never settles
+                motion = _window(fleet, window * WINDOW_S)
+        except DivergenceError:
+            break
         if np.all(np.abs(motion - before) <= SETTLED * np.abs(motion).max() + NO_TURN):
             return motion
         before = motion
     raise ValueError(
         f"{model}: the motion under command {np.asarray(command).tolist()} has not settled after "
-        f"{PATIENCE_S:.0f} s: it swings or creeps; hold another command or close a loop"
+        f"{PATIENCE_S:.0f} s: it swings, creeps, or grows without end; hold another command, close "
+        "a loop, or give coefficients that a vehicle can have"
     )
 
 
