@@ -147,6 +147,6 @@ def test_places_where_nobody_lies_are_mistakes() -> None:
     through = {"kind": "waypoints", "points_m": [[[-40.0, 0.0], [40.0, 0.0]]]}
     text = said(survey=survey, auvs={"count": 1, "route": through})
     assert "auvs.route.points_m.0: the way of AUV0 leads over land" in text
-    assert "for 20 m, at first from (-9.75, 0) m on, 30.25 m after its start" in text
+    assert "for 20 m, at first from (-9.999, 0) m on, 30 m after its start" in text
     launched = {"count": 1, "launch_m": [[9.0, 9.0]]}
     assert "auvs.launch_m: AUV0 at (9, 9) m is on land, 1 m" in said(survey=survey, auvs=launched)

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from ...core.results.result import Result
 
 
-# A range is drawn with so many corners; lanes are looked at in steps, and thinned to lines that are
-# off by no more than a chart shows (m).
-CORNERS, STEP_M, SHOWN_M = 72, 1.0, 0.25
+# A range is drawn with so many corners; lanes are thinned to lines that are off by no more than a
+# chart shows (m).
+CORNERS, SHOWN_M = 72, 0.25
 
 
 Position = tuple[float, float]
@@ -269,9 +269,7 @@ def planned_lanes(setup: Setup) -> dict[int, Floats]:
     lanes: dict[int, Floats] = {}
     for number, plan in enumerate(setup.plans_that_ship):
         if plan is not None:
-            steps = max(int(np.ceil(plan.path.length / STEP_M)), 2)
-            way = plan.path.sample(np.linspace(0.0, plan.path.length, steps + 1))
-            lanes[number] = thinned(way[:, :2])
+            lanes[number] = thinned(plan.path.line())
     return lanes
 
 

@@ -17,9 +17,9 @@ from ...support.arrays import Floats
 from .area import Point
 from .paths import Path, Pose, dubins_segments
 
-# Shares of the turning radius: how far a path may be from a point of its route, how far points may
-# lie off a leg on which they do not count, and the steps in which both are looked at.
-NEAR, STRAIGHT, STEP = 0.1, 0.02, 0.2
+# Shares of the turning radius: how far a path may be from a point of its route, and how far points
+# may lie off a leg on which they do not count.
+NEAR, STRAIGHT = 0.1, 0.02
 
 # So many points in a row may be passed beside.
 BESIDE = 30
@@ -43,7 +43,7 @@ def along_route(points: Sequence[Point], radius: float) -> Path:
             leg = Path(poses[before], dubins_segments(poses[before], poses[n], radius))
             if costs[before] + leg.length >= best:
                 continue
-            off = _off(leg, places[before + 1 : n], radius)
+            off = _off(leg, places[before + 1 : n])
             cost = costs[before] + leg.length + MISSED * max(off - NEAR * radius, 0.0)
             if cost < best:
                 best, chosen = cost, Path(poses[0], (*paths[before].segments, *leg.segments))
@@ -86,10 +86,9 @@ def corner_poses(points: Sequence[Point], radius: float) -> list[Pose]:
     return _poses(points, radius)[1:-1]
 
 
-def _off(path: Path, places: Floats, radius: float) -> float:
+def _off(path: Path, places: Floats) -> float:
     """Return how far (m) the place (n, 2), m, is from a path that is the farthest from it."""
     if not len(places):
         return 0.0
-    steps = max(math.ceil(path.length / (STEP * radius)), 1)
-    looks = path.sample(np.linspace(0.0, path.length, steps + 1))[:, :2]
-    return float(shapely.distance(shapely.LineString(looks), shapely.points(places)).max())
+    way = shapely.LineString(path.line())
+    return float(shapely.distance(way, shapely.points(places)).max())

@@ -27,9 +27,6 @@ SHORE = 1e-6
 # A way that is less far (m) within a shore goes along it; a vessel stops so far off (m).
 ASHORE, OFF_SHORE = 1e-3, 1.0
 
-# Of a path no more places are looked at.
-MOST_LOOKS = 200_000
-
 # Discs are polygons of four times so many corners.
 QUARTER = 90
 
@@ -106,20 +103,24 @@ class Land:
         ways = np.hypot(*(shapely.get_coordinates(ashore) - there).T)
         return float(ways.min()), float(ways.max())
 
-    def along(self, path: Path, step: float = 0.25) -> tuple[float, float]:
+    def along(self, path: Path) -> tuple[float, float]:
         """Return how much (m) of a path leads over it, and where along that it first does; both 0
-        of one that does not.  It is looked at in steps (m), between which it is straight.
+        of one that does not.
         """
         import shapely
 
-        count = max(math.ceil(path.length / step), 1)
-        ways = np.linspace(0.0, path.length, min(count, MOST_LOOKS) + 1)
-        line = shapely.LineString(path.sample(ways)[:, :2])
-        over = shapely.intersection(line, shapely.buffer(self.shape, -ASHORE))
-        if over.is_empty:
+        places = path.line()
+        legs = shapely.linestrings(np.stack((places[:-1], places[1:]), axis=1))
+        ground = shapely.buffer(self.shape, -ASHORE)
+        shapely.prepare(ground)
+        met = np.flatnonzero(shapely.intersects(ground, legs))
+        over = shapely.intersection(legs[met], ground)
+        if not (lengths := shapely.length(over)).any():
             return 0.0, 0.0
-        on = self.holds(path.sample(ways))
-        return float(over.length), float(ways[int(on.argmax())])
+        first = int((lengths > 0.0).argmax())
+        ends = shapely.get_coordinates(over[first]) - places[met[first]]
+        begins = shapely.length(legs[: met[first]]).sum() + np.hypot(*ends.T).min()
+        return float(lengths.sum()), float(begins)
 
     def stopped(self, here: Point, there: Point) -> Point:
         """Return where (m) on the straight way from one place to another a vessel stops before it.

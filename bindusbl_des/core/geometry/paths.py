@@ -21,6 +21,10 @@ SHORTEST_SEGMENT = 1e-9
 
 QUARTER_TURN, FULL_TURN = math.pi / 2.0, 2.0 * math.pi
 
+# As a line through places, an arc is parted into pieces that turn by at most so much (rad): nowhere
+# are they farther off it than a 3,000th of its radius.
+PIECE = 0.05
+
 # Of Dubins paths angles (rad) and lengths (radii) below this are rounding: an arc that misses a
 # full turn by less is no arc, and circles whose middles are closer are one circle.  Ends are met
 # within a few times this many radii.
@@ -166,6 +170,18 @@ class Path:
                 yaw + curvature * step,
             )
         )
+
+    def line(self) -> Floats:
+        """Return places (n, 2), m, two or more, straight lines between which are the path, once
+        through: where segments join, and some along each arc; whole turns on one circle once.
+        """
+        ways = [np.zeros(1)]
+        for begin, (curvature, length, _) in zip(self._distances, self.segments, strict=False):
+            turns = abs(curvature) * length / FULL_TURN
+            again = max(math.ceil(turns) - 2, 0) / turns if turns else 0.0
+            pieces = math.ceil((1.0 - again) * turns * FULL_TURN / PIECE) or 1
+            ways.append(begin + length * np.linspace(again, 1.0, pieces + 1)[1:])
+        return self.sample(np.concatenate(ways if self.segments else [*ways, *ways]))[:, :2]
 
     def turned(self, angle: float) -> "Path":
         """Return the same path, turned about the origin by an angle (rad)."""

@@ -22,8 +22,8 @@ from .paths import Path, Pose, Segment, dubins_curves
 OFF = (1.0, 0.5, 0.2, 0.0)
 
 # Parts of a quarter of a turn round a corner, and shares of the radius: by how much a coast may be
-# straightened, in which steps curves are looked at.
-QUARTER, STRAIGHTER, STEP = 8, 0.05, 0.1
+# straightened.
+QUARTER, STRAIGHTER = 8, 0.05
 
 # A way may be on land by so little (m): rounding.
 TOUCHES = 1e-6
@@ -66,7 +66,7 @@ class Room:
 
     def holds(self, path: Path) -> bool:
         """Tell whether a path leads over water alone."""
-        return bool(shapely.covers(self._open, _line(path, STEP * self.radius)))
+        return bool(shapely.covers(self._open, shapely.LineString(path.line())))
 
     def curve(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
         """Return the shortest Dubins curve from one pose to another that leads over water alone;
@@ -163,12 +163,6 @@ def _corners(room: shapely.Geometry) -> "np.ndarray":
             into, out = at - np.roll(at, 1, axis=0), np.roll(at, -1, axis=0) - at
             found.append(at[into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0] < 0.0])
     return np.concatenate(found)
-
-
-def _line(path: Path, step: float) -> shapely.Geometry:
-    """Return a path as shapely's, looked at in steps (m)."""
-    count = max(math.ceil(path.length / step), 1)
-    return shapely.LineString(path.sample(np.linspace(0.0, path.length, count + 1))[:, :2])
 
 
 def length_of(segments: Sequence[Segment]) -> float:
