@@ -1,7 +1,6 @@
-"""The vehicles that take part in a mission, where each of them is, and which have failed when.
+"""The vehicles that take part in a mission: where each is, and when each has failed.
 
-A failure holds from its instant on, up to that from which its vehicle works again, which is no part
-of it.
+A vehicle has failed from the instant of its failure on, and works again at the end of it.
 """
 
 from collections.abc import Sequence
@@ -24,13 +23,13 @@ if TYPE_CHECKING:
     from .vehicle import Steered
 
 
-# So much at most (bytes) is kept of one fleet: ten vehicles for 300 s at 30 Hz, not a thousand.
+# Largest cache of one fleet's tracks (bytes): ten vehicles for 300 s at 30 Hz, not a thousand.
 MOST_BYTES = 8_000_000
 
 
 class VehicleTrack(NamedTuple):
-    """A vehicle at n instants (n,), s: x, y, z (m), yaw (rad), the integrals of the cosine and
-    sine of its yaw (s), and these two, `lines` (n, 8).
+    """A vehicle's track at n instants (n,), s: `lines` (n, 8) have x, y, z (m), yaw (rad), the
+    integrals of cos(yaw) and sin(yaw) (s), cos(yaw) and sin(yaw).
     """
 
     times: Floats
@@ -43,9 +42,10 @@ class VehicleTrack(NamedTuple):
 
 
 class FleetTracksCache:
-    """The ways of a fleet; what is asked for again is kept, where the motion is known to its end.
+    """Tracks of a fleet; it keeps those that are asked for again if the motion is known to its end.
 
-    Instants that will be asked for again are read-only, and always the same array.
+    A track is kept only if its array of instants is read-only, and is found again by the same
+    array.
     """
 
     def __init__(self, motion: Motion, *, foreseen: bool) -> None:
@@ -53,11 +53,11 @@ class FleetTracksCache:
         self._kept: dict[tuple[int, int], tuple[Floats, VehicleTrack]] = {}
 
     def of(self, vehicle: int, times: Floats) -> VehicleTrack:
-        """Return the way of a vehicle at instants (s), by which its motion is known."""
+        """Return the track of a vehicle at instants (s) up to which its motion is known."""
         asked, found = self._kept.get((vehicle, id(times)), (None, None))
         if asked is times and found is not None:
             return found
-        own = np.array(times, dtype=np.float64)  # as code for what is read-only is another
+        own = np.array(times, dtype=np.float64)  # numba would compile anew for a read-only array
         way = VehicleTrack(own, lines(*self._motion, vehicle, own))
         size = sum(column.nbytes for column in way)
         if size <= self._room and not times.flags.writeable:
@@ -67,7 +67,7 @@ class FleetTracksCache:
 
 
 class Failures(NamedTuple):
-    """The failures of a fleet of so many vehicles, (k,) each: whose, from and until when (s)."""
+    """The failures of a fleet of `vessels` vehicles, (k,) each: whose, from and until when (s)."""
 
     vessels: int
     whose: NDArray[np.intp]
@@ -81,14 +81,14 @@ class Failures(NamedTuple):
         return working
 
     def failed(self, time: float) -> tuple[int, ...]:
-        """Return the numbers of those that do not."""
+        """Return the numbers of the vehicles that have failed at an instant (s)."""
         return tuple(np.flatnonzero(~self.alive(time)).tolist())
 
     def met(self, vehicles: ArrayLike, begin_s: ArrayLike, end_s: ArrayLike) -> tuple[Flags, Flags]:
-        """Tell what failures leave of signals at vehicles, (n,), begun and ended at instants (s).
+        """Return which of n signals at `vehicles`, (n,), from `begin_s` to `end_s` (s), are lost.
 
-        Return which begin while their vehicle has failed, and which it fails in the midst of, both
-        (n,).  Who fails at the end of a signal has had it.
+        First those that begin while their vehicle has failed, then those during which it fails,
+        both (n,). A vehicle that fails as a signal ends has received it.
         """
         at, begin, end = (np.asarray(values)[..., None] for values in (vehicles, begin_s, end_s))
         missed = (at == self.whose) & (self.begin_s <= begin) & (begin < self.end_s)
@@ -96,7 +96,7 @@ class Failures(NamedTuple):
         return missed.any(axis=-1), cut.any(axis=-1)
 
     def next_of(self, vehicle: int, time: float) -> float:
-        """Return when (s) after an instant a vehicle fails; infinite if it does not."""
+        """Return the next instant (s) after `time` at which a vehicle fails; infinite if none."""
         later = (self.whose == vehicle) & (self.begin_s > time)
         return float(self.begin_s[later].min(initial=np.inf))
 
@@ -108,7 +108,9 @@ class Failures(NamedTuple):
         return worked
 
     def next_change(self, time: float) -> float:
-        """Return when (s) after an instant a vehicle fails or works again; infinite if never."""
+        """Return the next instant (s) after `time` at which any vehicle fails or recovers, or
+        infinity.
+        """
         changes = np.concatenate((self.begin_s, self.end_s))
         return float(changes[changes > time].min(initial=np.inf))
 
@@ -117,11 +119,10 @@ class Failures(NamedTuple):
 class VehicleFleet:
     """All AUVs, or all ASVs: where each is at any instant.
 
-    Who steers by fixes has no sure future: its `guided` fleet is moved on as the mission goes on,
-    by the `steering` of all: what fixes have put right (n, 2), m, and taught (n,).
-    Nor has who is moved by an outside program: its `poses` are asked for as the mission goes on.
-    Of the vehicles that fail, `failures` tell when; None where none does.
-    Who is `steered` is told where to go as the mission goes on, but ahead of whoever looks.
+    `guided` fleets steer by fixes, so their motion is known only up to now; `steering` has the sum
+    of the corrections by fixes (n, 2), m, and what filters have learnt (n,). An outside program
+    gives `poses`, which the fleet asks for as the mission goes on. `steered` vehicles get orders
+    during the mission, each with a lead. `failures` is None where no vehicle fails.
     """
 
     vehicles: Sequence[Vehicle]
@@ -142,27 +143,27 @@ class VehicleFleet:
 
     @cached_property
     def ways(self) -> FleetTracksCache:
-        """Where the vehicles are at instants by which their motion is known."""
+        """The tracks of the vehicles, at instants up to which their motion is known."""
         return FleetTracksCache(self.motion, foreseen=self.foreseen)
 
     @property
     def sure_s(self) -> float:
-        """How long ahead of the mission (s) the motion is known, whatever happens meanwhile."""
+        """How far ahead of now (s) the motion is known, whatever happens meanwhile."""
         if self.steered is not None:
             return self.steered.lead_s
         return inf if self.foreseen else 0.0
 
     @property
     def predicted(self) -> bool:
-        """Whether what lies ahead is only predicted, and must be settled when it has come."""
+        """Whether the motion ahead is only predicted, and must be corrected once it is known."""
         return self.poses is not None
 
     def failed(self, time: float) -> tuple[int, ...]:
-        """Return the vehicles that do not work at an instant (s), by number."""
+        """Return the numbers of the vehicles that do not work at an instant (s)."""
         return () if self.failures is None else self.failures.failed(time)
 
     def works_for(self, vehicle: int, time: float, longest: float) -> float:
-        """Return how long (s) a vehicle works on from an instant (s), at most."""
+        """Return how long (s) a vehicle works on from an instant (s); at most `longest` (s)."""
         if self.failures is None:
             return longest
         if vehicle in self.failed(time):
@@ -170,7 +171,7 @@ class VehicleFleet:
         return min(longest, self.failures.next_of(vehicle, time) - time)
 
     def works_from(self, time: float) -> float:
-        """Return when (s), from an instant on, one of the vehicles works; infinite if none does."""
+        """Return the first instant (s), from `time` on, at which any vehicle works, or infinity."""
         failures = self.failures
         while failures is not None and len(failures.failed(time)) == len(self):
             time = failures.next_change(time)

@@ -14,30 +14,30 @@ from ..geometry.geodesy import far_apart_m, ned_at_depth, ned_from_geodetic
 
 Track = tuple[Floats, Floats]
 
-# Faster (m/s) is no vehicle, and would outrun its own sound.
+# A faster track (m/s) is no vehicle's, and would outrun its own sound.
 FASTEST = 1000.0
 
-# Pressure is off by so much (m), and waves lift by so much: depths at the surface lie between.
+# Depths at the surface lie within the error of a pressure gauge (m) and the height of waves (m).
 ERRING, LIFTED = 0.5, 1.0
 
-# Farther from the survey's centre (m) is nothing that a scenario could give.
+# No position of a scenario is farther from the survey's centre (m).
 FARTHEST = 1e6
 
 
-# Between two samples lies a gap, and no way, if they are so many times as far apart as others are,
-# and longer (s), and farther (m); and if the vehicle would have gone that far so much more slowly
-# or faster than elsewhere.
+# Two samples have a gap between them, not a leg, if their interval is GAP_STEPS times the median
+# and above GAP_S (s), their distance above GAP_M (m), and the speed between them GAP_PACE times
+# lower or higher than elsewhere.
 GAP_STEPS, GAP_S, GAP_M, GAP_PACE = 10.0, 60.0, 10.0, 2.0
 
 
 def misplaced(
     tracks: Sequence[Track], offset_s: float, duration_s: float, section: str = "auvs.route"
 ) -> list[tuple[int, str]]:
-    """Return which tracks are nowhere in a mission of `duration_s` (s), or have a gap in it, and
-    what to do about it.
+    """Return which tracks lie outside a mission of `duration_s` (s) or have a gap in it; and
+    remedies.
 
-    Their vehicles would stand still from its start to its end, or crawl through the gap.  `section`
-    is that of their keys.
+    Their vehicles would stand still throughout, or crawl through the gap.  `section` is the section
+    of their keys.
     """
     away = [n for n, (times, _) in enumerate(tracks) if times[0] >= duration_s or times[-1] <= 0.0]
     first = min((float(tracks[number][0][0]) for number in away), default=0.0)
@@ -52,7 +52,7 @@ def misplaced(
 
 
 def gaps(track: Track) -> list[tuple[float, float, float]]:
-    """Return between which instants (s) nobody knows the way of a track, and how far it is (m).
+    """Return the gaps in a track, its unknown stretches: begin and end (s) and distance (m).
 
     >>> times, x = np.array([0.0, 40.0, 80.0, 3600.0, 3640.0]), np.array([0.0, 40, 80, 210, 250])
     >>> gaps((times, np.column_stack((x, 0 * x, 0 * x))))
@@ -70,7 +70,7 @@ def gaps(track: Track) -> list[tuple[float, float, float]]:
 
 
 def _gap(begin: float, end: float, metres: float, offset_s: float, section: str) -> str:
-    """Tell of a gap, and how to fly what is before it, or after it."""
+    """Describe a gap, and how to fly the track before or after it."""
     before = f"end the mission before it (duration_s: {plain(begin)}), " if begin > 0.0 else ""
     return (
         f"it has a gap from {plain(begin)} to {plain(end)} s of the mission, in which nobody knows "
@@ -99,9 +99,9 @@ def read_track(
 
     CSV, GPX and MCAP files are read (:mod:`...models.charts.recordings`); `which` names one of
     several tracks in a file.  `offset_s` is subtracted from its times.  Latitude and longitude
-    become metres about `origin`, latitude and longitude (deg) and the height of the water (m), 0
-    where it is left out; heights become depths below the survey's plane.  Where the file says no
-    depth, it is `depth_m`; what is `afloat` is at the surface, whatever the file says.
+    become metres about `origin`: latitude and longitude (deg) and the height of the water (m, 0 if
+    left out). Heights become depths below the survey's plane.  `depth_m` applies where the file has
+    no depth; a vehicle `afloat` is at the surface, whatever the file says.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a track.
@@ -128,7 +128,7 @@ def read_track(
 
 
 def is_in_air(depths: Floats) -> bool:
-    """Tell whether a track with these depths (m) is above the sea, and never in it: heights.
+    """Return whether the depths (m) of a track are heights: some above the waves, none in the sea.
 
     >>> is_in_air(np.array([0.1, -3.0])), is_in_air(np.array([0.3, -0.9]))
     (True, False)
@@ -167,7 +167,9 @@ def _in_metres(
 
 
 def too_far(position: Degrees, origin: Sequence[float]) -> str:
-    """Return what is to be said of a position that is far beyond a survey about an origin (deg)."""
+    """Return a message on a position (deg) far from the survey's origin (deg), naming the likely
+    slip.
+    """
     lat, lon = position
     away = float(far_apart_m([lat], [lon], origin)[0])
     where = (
@@ -180,7 +182,7 @@ def too_far(position: Degrees, origin: Sequence[float]) -> str:
 
 
 def _check_speed(path: str | Path, recording: RecordedTrack, positions: Floats) -> None:
-    """Refuse a track that no vehicle could go."""
+    """Refuse a track that is faster than any vehicle."""
     speeds = np.hypot(*np.diff(positions[:, :2], axis=0).T) / np.diff(recording.times)
     fastest = int(np.argmax(speeds))
     if speeds[fastest] > FASTEST:

@@ -1,8 +1,8 @@
-"""Whatever moves or keeps still in the mission, and where it is at any instant.
+"""A vehicle, moving or moored, and where it is at any instant.
 
-Vessels that are steered go in straight legs at one speed, then rest.  Each order says from when on
-it holds, and what has been asked for up to that instant stays as it was; so a motion that is
-ordered farther ahead than anybody looks is as sure as one that is foreseen.
+Vessels that are steered go in straight legs at one speed, then rest.  An order holds from an
+instant on that has not been asked for yet, and changes nothing before it; so the motion is known
+for certain as far ahead as the lead of the orders.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from .motion import COS, HEADINGS, LEG_COLUMNS, PLACE, Motion
 
 
 class Place(NamedTuple):
-    """Where a vehicle is (survey frame, m, z down) and where it heads (rad, from +x to +y)."""
+    """A vehicle's position (survey frame, m, z down) and heading (rad, from +x to +y)."""
 
     x: float
     y: float
@@ -27,27 +27,33 @@ class Place(NamedTuple):
 
 
 class Vehicle:
-    """A vehicle knows its place at any instant of the mission: its lines in a fleet's motion."""
+    """A vehicle, whose lines in a fleet's motion say where it is at any instant of the mission."""
 
     def __init__(self, of_fleet: Motion, number: int) -> None:
         self._motion, self._number = of_fleet, number
 
     def _advance(self, time: float) -> None:
-        """Let the motion be known up to an instant (s), where it is not beforehand."""
+        """Make the motion known up to an instant (s), where it is not known beforehand."""
 
     def _until(self, times: Floats) -> Floats:
-        """Return instants (s), (n,), up to which the motion is known by now."""
-        instants = np.array(times, dtype=np.float64)  # its own, as code for what is not is another
+        """Return a copy of instants (s), (n,), after making the motion known up to the last of
+        them.
+        """
+        instants = np.array(
+            times, dtype=np.float64
+        )  # numba would compile anew for a read-only array
         if len(instants):
             self._advance(float(instants.max()))
         return instants
 
     def _lines(self, times: Floats) -> Floats:
-        """Return the line of each instant (s) as of :func:`.motion.lines`, (n, 8)."""
+        """Return the vehicle's lines at n instants (s), (n, 8), as :func:`.motion.lines` has
+        them.
+        """
         return motion.lines(*self._motion, self._number, self._until(times))
 
     def at(self, time: float) -> Place:
-        """Return the true place at an instant (s)."""
+        """Return the true position and heading at an instant (s)."""
         self._advance(time)
         return Place(*motion.place_at(*self._motion, self._number, time))
 
@@ -58,21 +64,23 @@ class Vehicle:
     def heading_integral(self, times: Floats) -> Floats:
         """Return the integrals of cos(yaw) and sin(yaw) from 0 to each instant (s), shape (n, 2).
 
-        They carry a velocity that is constant in the body frame along the path actually travelled.
+        With them a velocity that is constant in the body frame is integrated along the path
+        travelled.
         """
         return self._lines(times)[:, HEADINGS]
 
     def distance(self, time: float) -> float:
-        """Return the distance travelled until an instant (m)."""
+        """Return the distance (m) travelled by an instant (s)."""
         self._advance(time)
         return motion.distance_at(*self._motion, self._number, time)
 
     def path_error(self, times: Floats) -> Floats:
-        """Return the distance from the planned path (m) at each instant; empty without a plan."""
+        """Return the distance (m) from the planned path at instants (s); empty without a plan."""
         return np.zeros(0)
 
     def along(self, time: float) -> float | None:
-        """Return how far (m) along its plan it is at an instant (s), tours flown again included.
+        """Return how far (m) along its planned path the vehicle is at an instant (s), repeated
+        tours included.
 
         None without a plan that it is known to follow.
         """
@@ -81,7 +89,7 @@ class Vehicle:
     def saturated(self, time: float) -> float | None:
         """Return the share of control instants before an instant (s) with an actuator at its limit.
 
-        None without any actuator.
+        None for a vehicle without actuators.
         """
         return None
 
@@ -89,7 +97,8 @@ class Vehicle:
 class SegmentedTrajectory(Vehicle):
     """A vehicle without dynamics: it keeps exactly to legs that are known beforehand.
 
-    `legs` are its lines as :mod:`.motion` has them; `planned` tells whether they are its plan.
+    `legs` are its lines as :mod:`.motion` has them; `planned` says whether they are its planned
+    path.
     """
 
     def __init__(self, legs: Floats, *, planned: bool = True) -> None:
@@ -104,15 +113,15 @@ class SegmentedTrajectory(Vehicle):
 
 
 def moored(place: Place) -> SegmentedTrajectory:
-    """Return a vehicle that keeps its place."""
+    """Return a vehicle that rests at a position."""
     return SegmentedTrajectory(motion.legs(np.array([[*place, 0.0, 0.0, 0.0, 0.0]])))
 
 
 def kinematic(path: Path, speed: float, depth: float, until: float = 0.0) -> SegmentedTrajectory:
     """Return a vehicle that follows a path at constant speed (m/s) and depth (m), exactly.
 
-    Where the path slopes that is its horizontal speed, and its depth changes.  At the end of a path
-    it rests; a tour it goes on until the instant `until` (s), at least.
+    Where the path slopes, `speed` is horizontal and the depth changes.  At the end of a path the
+    vehicle rests; a tour it repeats until the instant `until` (s), at least.
     """
     rows, again = path_rows(path)
     flown = [rows]
@@ -141,7 +150,7 @@ def recorded(times: Floats, positions: Floats) -> SegmentedTrajectory:
     """Return a vehicle that repeats a recorded track: straight legs between its samples.
 
     Take times (n,), s, strictly increasing, and positions (n, 3), m, z down; n >= 2.  Before the
-    first and after the last sample it keeps its place and the heading of the leg next to it.
+    first and after the last sample it rests there, with the heading of the leg next to it.
     """
     steps, spans = np.diff(positions, axis=0), np.diff(times)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
@@ -161,20 +170,20 @@ def recorded(times: Floats, positions: Floats) -> SegmentedTrajectory:
 
 
 class Steered:
-    """Vehicles without dynamics at the surface, each on its way to where it was last told to go.
+    """Surface vehicles without dynamics, each on its way to the target of its last order.
 
-    `motion` is that of all of them, in one table: orders are written into it.
+    `motion` is one table of all their legs; orders are written into it.
     """
 
     def __init__(self, places: Floats, speed: float, orders: int, lead_s: float) -> None:
-        """Let vehicles rest at places (m, 2), in m, until they are told where to go.
+        """Let vehicles rest at `places` (m, 2), in m, until their first orders.
 
-        They go at a `speed` (m/s), and are told `orders` times at most, each time for `lead_s` (s)
-        later or more.
+        They go at a `speed` (m/s).  Each gets at most `orders` orders, each `lead_s` (s) or more
+        ahead.
         """
         count, lines = len(places), 1 + 2 * orders
         self._tables = np.zeros((count, lines, LEG_COLUMNS))
-        self._tables[:, :, motion.BEGIN] = inf  # legs of orders that are still to come
+        self._tables[:, :, motion.BEGIN] = inf  # legs without an order yet
         for table, (x, y) in zip(self._tables, places, strict=True):
             table[0] = motion.legs(np.array([[x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]))[0]
         first = np.arange(count + 1, dtype=np.int64) * lines
@@ -183,31 +192,32 @@ class Steered:
             SegmentedTrajectory(table, planned=False) for table in self._tables
         ]
         self.speed, self.lead_s = speed, lead_s
-        #: Where each vehicle rests, or will when it has arrived (m, 2), m.
+        #: The target of each vehicle: where it rests, or will rest (m, 2), m.
         self.bound_for: Floats = np.array(places, dtype=np.float64)
 
     def places(self, time: float) -> Floats:
-        """Return where the vehicles are at an instant (s), by the orders so far, (m, 2), m."""
+        """Return the positions (m, 2), m, at an instant (s), by the orders so far."""
         return np.array([vehicle.at(time)[:2] for vehicle in self.vehicles])
 
     def go(self, time: float, targets: Floats) -> None:
-        """From an instant (s) on, no earlier than of any order before, go to targets (m, 2), m.
+        """Order all vehicles to their targets (m, 2), m, from an instant (s) on.
 
-        Who is told to go where it goes already goes on.
+        The instant must not be before that of an earlier order.  A vehicle whose target is
+        unchanged goes on.
         """
         for number in np.flatnonzero((targets != self.bound_for).any(axis=1)).tolist():
             self._turn(number, time, float(targets[number, 0]), float(targets[number, 1]))
         self.bound_for = np.array(targets, dtype=np.float64)
 
     def _turn(self, number: int, time: float, x: float, y: float) -> None:
-        """Write the leg of a vehicle to a place (m) that it sets out for at an instant (s)."""
+        """Write the leg of a vehicle that sets out for a position (m) at an instant (s)."""
         vehicle, table = self.vehicles[number], self._tables[number]
         here = vehicle.at(time)
         ahead, aside = vehicle.heading_integral(np.array([time]))[0].tolist()
         travelled, way = vehicle.distance(time), hypot(x - here.x, y - here.y)
         yaw = atan2(y - here.y, x - here.x) if way else here.yaw
         cosine, sine, lasts = cos(yaw), sin(yaw), way / self.speed
-        line = int(np.searchsorted(table[:, motion.BEGIN], time))  # legs from here on are not gone
+        line = int(np.searchsorted(table[:, motion.BEGIN], time))  # legs from here on are replaced
         table[line:, motion.BEGIN] = inf
         if way:
             going = here.x, here.y, 0.0, yaw, self.speed, 0.0, 0.0, time

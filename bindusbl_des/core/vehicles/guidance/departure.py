@@ -1,5 +1,5 @@
-"""Where and how guided vehicles are to go, and what may be asked of them: how fast one of a model
-is, how tightly its path may turn, and which current would carry it away.
+"""What guided vehicles are ordered to do, and their limits: top speed, tightest turn, and the
+current that would carry them away.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,15 +20,15 @@ from ..hulls.rk4 import MODELS
 TURN_MARGIN = 1.3  # over the REMUS's tightest circle: curvature steps, its rudder and yaw do not
 WHOLE = 1e-9  # rounding within which a speed in mm/s, or a control interval in steps, is whole
 
-# Models that follow paths; the others keep stations.
+# Models that follow paths; the others keep station.
 FOLLOWING = [name for name, model in MODELS.items() if model.follows]
 
 
 class GuidanceError(RuntimeError):
-    """A vehicle cannot go where it is told to: `vehicle` (its name), `time_s` and `reason`."""
+    """A vehicle cannot carry out its orders: `vehicle` (its name), `time_s` and `reason`."""
 
     def __init__(self, vehicle: str, time_s: float, reason: str) -> None:
-        super().__init__(vehicle, time_s, reason)  # all of it: SimPy and pickle make it anew
+        super().__init__(vehicle, time_s, reason)  # all three: SimPy and pickle copy by these
         self.vehicle, self.time_s, self.reason = vehicle, time_s, reason
 
     def __str__(self) -> str:
@@ -37,10 +37,10 @@ class GuidanceError(RuntimeError):
 
 @dataclass(frozen=True)
 class DeparturePlan:
-    """Where the vehicles of a fleet are to go, and what they are called.
+    """Paths or stations of the vehicles of a fleet, and their names.
 
-    AUVs follow `paths` at a speed and a depth, either one number or one for each; ASVs keep
-    `stations` (n, 2).
+    AUVs follow `paths` at a speed and a depth, either one number for all or one for each; ASVs keep
+    `stations` (n, 2), m.
     """
 
     paths: Sequence[Path] | None = None
@@ -52,9 +52,9 @@ class DeparturePlan:
 
 @dataclass(frozen=True)
 class SteeringIntervals:
-    """How often a fleet is steered, a whole number of steps, and how long each step is.
+    """The control interval (s) of a fleet, and the step (s) of its integration, which divides it.
 
-    Unless given, a step is 0.05 s, of an Otter 0.02 s, of a REMUS 0.1 s.
+    By default a step is 0.05 s, for an Otter 0.02 s, for a REMUS 0.1 s.
     """
 
     control_s: float = CONTROL_S
@@ -70,8 +70,8 @@ def refuse_impossible(
 ) -> None:
     """Raise GuidanceError for a speed above a vehicle's own, or a current that carries it away.
 
-    `speed` (n,) m/s, not read for vehicles that keep stations; of `currents` (k, 2) m/s the mean
-    counts, since a vehicle makes up for what a gust has cost it.
+    `speed` (n,) m/s is not read for vehicles that keep station; of `currents` (k, 2) m/s the mean
+    counts, since a vehicle makes good what a gust has cost it.
     """
     fastest = top_speed(model, overrides)
     for vehicle, asked in zip(names, speed.tolist(), strict=True):
@@ -90,11 +90,10 @@ def refuse_impossible(
 def too_strong(
     model: str, overrides: Mapping[str, float] | None, speeds: Sequence[float], current: float
 ) -> tuple[int, str] | None:
-    """Return the first of some vehicles that a current (m/s) would carry away, and why; None if
-    they make headway.
+    """Return the first vehicle that a current (m/s) would carry away, by number, and why; or None.
 
-    `speeds` (m/s) is what each is asked for, read of hulls that cannot stop; the others make up for
-    a current by what they can do beyond that.
+    A hull that cannot stop must be faster than the current at its ordered speed, of `speeds` (m/s);
+    any other at full command.
     """
     fastest = top_speed(model, overrides)
     for number, asked in enumerate(speeds):
@@ -110,7 +109,7 @@ def too_strong(
 def top_speed(model: str, overrides: Mapping[str, float] | None = None) -> float:
     """Return the speed through still water (m/s) that full command gives, straight ahead.
 
-    Raises ValueError for a model or a parameter that there is not.
+    Raises ValueError for an unknown model or parameter.
 
     >>> round(top_speed("bluerov2"), 2), round(top_speed("cybership2"), 2)
     (0.73, 0.58)
@@ -126,11 +125,11 @@ def _top_speed(model: str, body: Any) -> float:
 
 
 def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | None = None) -> float:
-    """Return the radius (m) with which a vehicle's path may turn at a speed (m/s).
+    """Return the smallest radius (m) of turns in a vehicle's path at a speed (m/s).
 
-    REMUS: 1.3 times the circle in which it settles with full rudder. BlueROV2: what the shares of
-    its thrusters and its yaw loop allow. Raises ValueError for a model that follows no path and a
-    speed that it does not reach.
+    REMUS: 1.3 times the circle in which it settles with full rudder. BlueROV2: what the thrust
+    shares of its axes and its yaw loop allow. Raises ValueError for a model that follows no path
+    and a speed that it does not reach.
 
     >>> round(smallest_turn("bluerov2", 0.6), 2), round(smallest_turn("remus100", 1.5), 1)
     (1.01, 27.2)
@@ -150,7 +149,7 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
 
 
 def _reached(speed: float) -> str:
-    """Return a top speed (m/s) as one may ask for it: rounded down.
+    """Return a top speed (m/s) in words, rounded down so that a vehicle reaches it.
 
     >>> _reached(0.73379), _reached(2.554)
     ('0.733', '2.554')

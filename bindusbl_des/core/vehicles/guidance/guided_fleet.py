@@ -1,4 +1,4 @@
-"""A fleet under way: vehicles of one model, each with its controller, in one sea."""
+"""A fleet with dynamics under way: vehicles of one model, each with its controller, in one sea."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil, cos, degrees, isfinite, pi, sin
@@ -29,8 +29,8 @@ from .departure import (
 )
 from .sensing import Craft, SteeringDrift
 
-LOST_CIRCLES = 10.0  # watch circles off its station, a vessel is no longer keeping it
-PATIENCE_S = 120.0  # off or without headway for longer: ten times the memory of the slowest loop
+LOST_CIRCLES = 10.0  # radii of its watch circle: a vessel farther off is no longer keeping station
+PATIENCE_S = 120.0  # s off station or without headway: ten times the memory of the slowest loop
 
 
 def begun(time: float, control: float) -> int:
@@ -50,7 +50,7 @@ def begun(time: float, control: float) -> int:
 
 
 def whole_steps(model: str, control: float, step: float) -> int:
-    """Return the steps (s) in a control interval (s); ValueError unless a whole number of them."""
+    """Return the number of steps (s) in a control interval (s); ValueError unless it is whole."""
     if not (isfinite(control) and isfinite(step) and control > 0.0 and step > 0.0):
         raise ValueError(f"{model}: control_s {control!r} and step_s {step!r} must be above zero")
     steps = round(control / step)
@@ -69,7 +69,7 @@ def _for_each(model: str, what: str, value: ArrayLike, count: int) -> Floats:
 
 
 def circled(path: Path, radius: float) -> Path:
-    """Return the path with a circle to starboard at its end, round and round (radius in m)."""
+    """Return the path with an endless circle to starboard (radius in m) at its end."""
     if path.repeats_from is not None:
         return path
     circle = Segment(1.0 / radius, 2.0 * pi * radius)
@@ -77,9 +77,9 @@ def circled(path: Path, radius: float) -> Path:
 
 
 class GuidedVehicle(Vehicle):
-    """A vehicle that goes where its controller, its hull and the sea take it.
+    """A vehicle that moves as its controller, its hull and the sea make it move.
 
-    It answers for the past as well as for the present; asked for later, its whole fleet moves on.
+    It answers for the past and the present; asked for a later instant, its whole fleet moves on.
     """
 
     def __init__(self, fleet: "GuidedFleet", number: int) -> None:
@@ -90,8 +90,8 @@ class GuidedVehicle(Vehicle):
         self._fleet.advance(time)
 
     def along(self, time: float) -> float | None:
-        """Return how far (m) along its path it is, whole rows of the path before it and what of a
-        straight one is behind it; None for a vehicle that keeps a station.
+        """Return how far (m) along its path the vehicle is at an instant (s), its position on an
+        arc not counted; None if it keeps station.
         """
         fleet, place = self._fleet, self.at(time)
         if len(fleet.stations):
@@ -114,7 +114,7 @@ class GuidedVehicle(Vehicle):
         return float(self._fleet.at_limit[self._number, :instants].mean())
 
     def path_error(self, times: Floats) -> Floats:
-        """Return the distance (m) of the true place from the path flown, or from the station."""
+        """Return the distance (m) of the true position from path or station at instants (s)."""
         fleet = self._fleet
         if len(fleet.stations):
             off = self._lines(times)[:, :2] - fleet.stations[self._number]
@@ -129,8 +129,9 @@ USUAL = SteeringIntervals()
 
 
 class Shared(NamedTuple):
-    """Rows of arrays that vehicles of several models may share: the lines of their logs, those of
-    one vehicle behind those of another; what fixes have put right (n, 2), m; what is learnt (n,).
+    """Arrays that fleets of several models may share, each with its own rows: the lines of all
+    logs, vehicle after vehicle; sums of the corrections by fixes (n, 2), m; what filters have
+    learnt (n,).
     """
 
     table: Floats
@@ -139,7 +140,7 @@ class Shared(NamedTuple):
 
     @classmethod
     def alone(cls, count: int, lines: int) -> "Shared":
-        """Return arrays for vehicles of one model, each with so many lines."""
+        """Return arrays for `count` vehicles of one model, each with `lines` lines in its log."""
         return cls(
             np.zeros((count * lines, motion.COLUMNS)),
             np.zeros((count, 2)),
@@ -148,27 +149,26 @@ class Shared(NamedTuple):
 
 
 def lines_of(model: str, duration_s: float) -> int:
-    """Return how many lines the log of a vehicle has that is integrated for so long (s)."""
+    """Return how many lines the log of a vehicle has that is integrated for a duration (s)."""
     steps = whole_steps(model, USUAL.control_s, find(model).step_s)
     return max(1, begun(duration_s, USUAL.control_s)) * steps + 1
 
 
 class GuidedFleet:
-    """Vehicles of one model on their way, moved only as far as somebody looks.
+    """Vehicles of one model under way, moved only as far as their positions are asked for.
 
-    A BlueROV2 makes its speed over ground, or through the water if its log misses the current, from
-    rest; a REMUS through the water, at that speed from the start. A REMUS that has come to a path's
-    end circles there to starboard, a BlueROV2 hovers. ASVs start at rest with the bow against the
-    first current. `currents` (k, 2) m/s along x and y, and `position_noise` (n, intervals, 2) m,
-    hold for one control interval each, the last current from then on. Axes: x North, y East, z
-    down.
+    A BlueROV2 starts from rest; its speed is over ground, or through the water if its log misses
+    the current. A REMUS starts at its speed, which is through the water. At the end of its path a
+    REMUS circles to starboard, a BlueROV2 hovers. ASVs start at rest with the bow against the first
+    current. `currents` (k, 2), m/s along x and y, and `position_noise` (n, intervals, 2), m, hold
+    for one control interval each, the last current from then on. Axes: x North, y East, z down.
 
-    What a vehicle believes is truth + drift + noise + its row of `corrections` (n, 2), which anyone
-    may write to: the sum of what fixes have put right. A log through the water gives it no other
-    word of the current, unless a filter writes the bias and current that it has learnt to its row
-    of `learnt` (n,) and sets `has_learnt`. Without drift it does not matter when and
-    how often the fleet is advanced.  What it knows of its vehicles may be part of arrays `shared`
-    with other models.
+    A vehicle's estimate is truth + drift + noise + its row of `corrections` (n, 2), the sum of the
+    corrections by its fixes, which the navigator writes. A log through the water does not measure
+    the current; a vehicle learns it from its corrections, or from a filter that writes the bias and
+    current that it has learnt to a row of `learnt` (n,) and sets `has_learnt`. Without drift the
+    instants and the number of advances do not matter. Its arrays may be part of those `shared` with
+    other models.
 
     Raises ValueError for arguments that do not fit, GuidanceError for what cannot be flown.
     """
@@ -202,7 +202,7 @@ class GuidedFleet:
         noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
         length = 1 if position_noise is None else self._intervals
         noise = numbers(model, "position_noise", noise, (count, length, 2))
-        #: Whether its vehicles steer by what they believe.
+        #: Whether its vehicles steer by their estimates.
         self.by_estimate = drift is not None
         self._or_by_fixes = ", or thrown about by its fixes" * self.by_estimate
         drift = sensing.for_fleet(model, drift, count, self.duration_s, self.control_s)
@@ -210,7 +210,7 @@ class GuidedFleet:
             shared = Shared.alone(count, lines)
         self.corrections, self.learnt = shared.corrections, shared.learnt
         self.has_learnt = False
-        # what each vehicle is told and remembers
+        # orders, and memory of the controllers
         self._own = np.zeros(count, dtype=flight.VESSEL)
         self._own["order"]["speed"] = _for_each(model, "speed_m_per_s", plan.speed_m_per_s, count)
         self._own["order"]["depth"] = _for_each(model, "depth_m", plan.depth_m, count)
@@ -230,7 +230,7 @@ class GuidedFleet:
                     for path, speed in zip(paths, speeds.tolist(), strict=True)
                 ]
             self.tracks = tracks.pack(paths)
-        # What lies beyond the instant that the fleet was last advanced to is not known yet.
+        # Lines beyond the instant that the fleet was last advanced to are not written yet.
         self.logs = shared.table.reshape(count, lines, -1)
         ends = np.arange(count + 1) * lines
         self.motion = Motion(shared.table, ends, np.full(count, self.step_s))
@@ -240,7 +240,7 @@ class GuidedFleet:
         self.at_limit = np.zeros((count, self._intervals), dtype=np.bool_)
         self._flown, self._lost = 0, np.zeros(2)
         craft = Craft(kind.equations, len(kind.states), self.control_s, self.step_s, steps)
-        #: What compiled code is handed once.
+        #: All arrays that compiled code reads and writes.
         self.flight = Packed(
             flight.Flight(
                 craft, rk4.packed(hull), self._states, self._own, self.tracks, self._currents,
@@ -248,7 +248,7 @@ class GuidedFleet:
                 self._lost,
             )
         )  # fmt: skip
-        self._move_on(0)  # the start is known before anybody moves
+        self._move_on(0)  # write the lines of the start
 
     def _begin_paths(self, paths: Sequence[Path], hull: Coefficients, missed: float) -> None:
         """Put AUVs where their paths begin; their logs miss a share of the current."""
@@ -274,7 +274,8 @@ class GuidedFleet:
     def advance(self, time_s: float) -> None:
         """Move the fleet through every control interval that begins before `time_s`.
 
-        Raises ValueError beyond the voyage's duration, GuidanceError for a vehicle lost on the way.
+        Raises ValueError beyond the trajectory's duration, GuidanceError for a vehicle lost on the
+        way.
         """
         wanted = begun(time_s, self.control_s)
         if wanted <= self._flown:
@@ -287,14 +288,13 @@ class GuidedFleet:
         self._move_on(wanted)
 
     def _move_on(self, wanted: int) -> None:
-        """Fly up to the beginning of an interval, whose state is then in the log."""
+        """Fly up to the beginning of interval `wanted`, and write its state to the log."""
         lost = flight.fly(self.flight.address, self.has_learnt, self._flown, wanted)
         if lost >= 0:
             raise GuidanceError(self.names[lost], float(self._lost[1]), self._reason(lost))
         self._flown = wanted
 
     def _reason(self, vehicle: int) -> str:
-        """Return why a vehicle is lost."""
         status, state = int(self._lost[0]), self._states[vehicle]
         if status == flight.ADRIFT:
             circle = LOST_CIRCLES * self.model.watch_circle_m
@@ -318,7 +318,7 @@ class GuidedFleet:
         )
 
     def vehicle(self, number: int) -> GuidedVehicle:
-        """Return one vehicle of the fleet, counted from 0."""
+        """Return one vehicle of the fleet by its number, counted from 0."""
         if not 0 <= number < len(self.names):
             raise ValueError(
                 f"{self.model.name}: no vehicle {number} among {len(self.names)}; count from 0"
@@ -338,7 +338,6 @@ def _refuse_wrong_plan(model: str, plan: DeparturePlan) -> None:
 
 
 def _names(model: str, names: Sequence[str] | None, count: int) -> tuple[str, ...]:
-    """Return what the vehicles are called."""
     if names is None:
         return tuple(f"{model} {number}" for number in range(count))
     if len(names) != count:

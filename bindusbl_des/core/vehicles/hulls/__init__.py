@@ -1,1 +1,1 @@
-"""Hulls: what moves them through the sea, and how each is steered, one file for each."""
+"""Hulls: the forces on each, and its autopilot; one file for each."""

@@ -1,5 +1,6 @@
-"""Hulls moved under given commands: `trajectory` follows one of them, `Fleet` moves several of one
-model as far as they are asked for, `steady_turn` and `steady_speed` tell what a command leads to.
+"""Hulls moved under given commands: `trajectory` follows one vehicle, `Fleet` moves several of one
+model as far as they are asked for; `steady_turn` and `steady_speed` give the motion into which a
+command settles.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ from . import rk4
 from .forces import Model
 from .rk4 import MODELS
 
-# A quantity so named is above zero: lags, masses, densities, sizes, and the limits of actuators.
+# Parameters with these endings are above zero: lags, masses, sizes, limits of actuators.
 _ABOVE_ZERO = (
     "_s", "mass_kg", "inertia_kg_m2", "_m3", "length_m", "diameter_m", "_rad", "_rpm", "_n",
     "oswald_efficiency", "reference_area_fraction", "advance_at_speed",
@@ -26,10 +27,10 @@ _ABOVE_ZERO = (
 
 
 class DivergenceError(FloatingPointError):
-    """A vehicle left what its equations can describe: a state without bounds, or standing on end.
+    """A vehicle's state became infinite, or its pitch left the range of Euler angles.
 
     `model`, `vehicle` (row in the fleet) and `time_s` (end of the step in which it happened) say
-    who and when.
+    which and when.
     """
 
     def __init__(self, model: str, vehicle: int, time_s: float, state: Floats) -> None:
@@ -48,7 +49,7 @@ class DivergenceError(FloatingPointError):
 
 
 def find(model: str) -> Model:
-    """Return the model of that name; ValueError, with the names there are, for an unknown one."""
+    """Return the model of a name; ValueError, with the known names, for an unknown one."""
     if model not in MODELS:
         known = ", ".join(MODELS)
         raise ValueError(
@@ -58,7 +59,7 @@ def find(model: str) -> Model:
 
 
 def parameters(model: str, overrides: Mapping[str, float] | None = None) -> Any:
-    """Return what a vehicle of a model is made of, its published numbers changed where asked.
+    """Return the parameters of a vehicle of a model: the published numbers, but for `overrides`.
 
     The result is the model's frozen dataclass (`Remus100`, `BlueRov2`, `Otter`, `CyberShip2`),
     units in its field names. Raises ValueError for a name the model does not have, a number that is
@@ -81,7 +82,9 @@ def parameters(model: str, overrides: Mapping[str, float] | None = None) -> Any:
 
 
 def _checked(model: str, name: str, value: float) -> float:
-    """Return the number as a float, or say what is wrong with it."""
+    """Return a parameter as a float; ValueError if it is not finite, or a size that is not above
+    zero.
+    """
     if not isinstance(value, Real) or isinstance(value, bool) or not isfinite(value):
         raise ValueError(f"{model}: parameter {name} must be a finite number, not {value!r}")
     if value <= 0 and name.endswith(_ABOVE_ZERO) and "added" not in name:
@@ -98,8 +101,8 @@ def numbers(
 ) -> Floats:
     """Return a fresh array of finite numbers; None in `shape` leaves a length (above 0) open.
 
-    Raises ValueError naming what has another shape, or which number is not finite; `columns` are
-    the names of the last axis.
+    Raises ValueError, which names `what` if its shape is wrong, or the number that is not finite;
+    `columns` are the names of the last axis.
     """
     array = np.array(values, dtype=np.float64, order="C")
     row = f": [{', '.join(columns)}]" if columns else ""
@@ -121,14 +124,14 @@ def numbers(
 
 
 def step_length(model: str, step: float) -> float:
-    """Return a step (s); ValueError for what is none."""
+    """Return a step (s); ValueError unless it is finite and above zero."""
     if not (isfinite(step) and step > 0):
         raise ValueError(f"{model}: step_s must be a finite number above zero, not {step!r}")
     return float(step)
 
 
 def _refuse_steep(model: Model, states: Floats) -> None:
-    """Raise ValueError for a vehicle that starts standing on end."""
+    """Raise ValueError for a vehicle that starts at a pitch beyond +-89 deg."""
     if "theta" not in model.states:
         return
     for vehicle, pitch in enumerate(states[:, model.states.index("theta")]):
@@ -142,9 +145,9 @@ def _refuse_steep(model: Model, states: Floats) -> None:
 class Fleet:
     """Vehicles of one model, each with its own command, on one grid of integration steps.
 
-    `at(t)` answers where they are, `command` tells one of them something new. Steps begin at
-    `start_s + k * step_s` and at the instants of commands, so the answers do not depend, to the
-    last bit, on which other instants were asked for.
+    `at(t)` returns their states, `command` gives one of them a new command. Steps begin at `start_s
+    + k * step_s` and at the instants of commands, so a state does not depend, to the last bit, on
+    which other instants were asked for.
 
     `states` (vehicles, state) at `start_s`; `commands` (vehicles, command), zero unless given;
     `current_m_per_s` North and East; `overrides` as in `parameters`. Raises ValueError for shapes
@@ -176,7 +179,7 @@ class Fleet:
         self._clocks = np.full(count, self._start)
 
     def at(self, time_s: float) -> Floats:
-        """Return the states (vehicles, state) at `time_s`, a copy.
+        """Return a copy of the states (vehicles, state) at `time_s`.
 
         Raises ValueError for a time before the last step boundary already passed, DivergenceError
         for a vehicle lost on the way.
@@ -187,7 +190,8 @@ class Fleet:
         return states
 
     def command(self, time_s: float, vehicle: int, values: ArrayLike) -> None:
-        """From `time_s` on, one vehicle holds `values` (command,); its step is split exactly there.
+        """Command one vehicle from `time_s` on: `values` (command,); its step is split exactly
+        there.
 
         Raises as `at` does, and ValueError for values that do not fit the model.
         """
@@ -198,14 +202,14 @@ class Fleet:
         self._hold(time_s, slice(vehicle, vehicle + 1), np.atleast_2d(values))
 
     def command_all(self, time_s: float, values: ArrayLike) -> None:
-        """From `time_s` on, each vehicle holds its row of `values` (vehicles, command).
+        """Command each vehicle from `time_s` on by its row of `values` (vehicles, command).
 
         Raises as `command` does.
         """
         self._hold(time_s, slice(0, len(self._states)), values)
 
     def _hold(self, time_s: float, due: slice, values: ArrayLike) -> None:
-        """Bring these vehicles to exactly `time_s` and give them their new commands."""
+        """Move the vehicles `due` to exactly `time_s`, and give them new commands."""
         shape, columns = self._commands[due].shape, self.model.commands
         rows = numbers(self.model.name, "values", values, shape, columns)
         time_s = self._advance(time_s)
@@ -231,8 +235,8 @@ class Fleet:
         self, states: Floats, commands: Floats, clocks: Floats, time_s: float, first: int = 0,
         *, exactly: bool = False,
     ) -> None:  # fmt: skip
-        """Move these rows, of which `first` is the first vehicle, along the grid, or to exactly
-        `time_s`.
+        """Move these rows along the grid, or to exactly `time_s`; `first` is the number of their
+        first vehicle.
         """
         lost = rk4.advance(
             self.model.equations, self._hull, states, commands, *self._current, clocks, self._start,
@@ -258,11 +262,11 @@ def trajectory(
     never felt; `initial` (state,), at rest at the origin unless given; the result is (n, state).
     Columns are those of `MODELS[model].states` and `.commands`. The current (m/s, North and East)
     is uniform and constant; the velocities of a state are over ground. Steps of `step_s` are split
-    exactly where the command changes, and only there: which times are asked for changes no bit of
-    the rows. The Otter's propeller lag wants `step_s=0.02` for 1 mm where it reverses.
+    exactly where the command changes, and only there, so a row does not depend on the other times.
+    The Otter's propeller lag wants `step_s=0.02` for 1 mm where it reverses.
 
-    Raises ValueError for an unknown model and for arguments that do not fit it, DivergenceError
-    for a state that becomes infinite or stands on end.
+    Raises ValueError for an unknown model and for arguments that do not fit it, DivergenceError for
+    a state that becomes infinite or pitches beyond +-89 deg.
 
     >>> trajectory("cybership2", [0, 10], [[1.5, 0, 0]] * 2)[-1, :3].round(3).tolist()
     [2.426, 0.0, 0.0]
@@ -291,14 +295,14 @@ def trajectory(
 
 
 WINDOW_S = 5.0  # motion is averaged over this long
-SETTLED = 1e-6  # averages of two windows that agree to this part are one
+SETTLED = 1e-6  # relative difference below which the averages of two windows are equal
 PATIENCE_S = 4000.0  # the slowest motion here, yaw of a REMUS at 0.3 m/s, dies within minutes
 NO_TURN = 1e-9  # rad/s: a vehicle that yaws less goes straight
 
 
 @dataclass(frozen=True)
 class SteadyTurn:
-    """The circle in which a vehicle ends: horizontal speed (m/s), yaw rate (rad/s, positive to
+    """The circle into which a vehicle settles: horizontal speed (m/s), yaw rate (rad/s, positive to
     starboard), radius (m, positive, infinite on a straight line).
     """
 
@@ -316,8 +320,8 @@ def steady_turn(
 ) -> SteadyTurn:
     """Return the circle into which a vehicle settles in still water with one command held.
 
-    Solved by moving the vehicle from rest until speed and yaw rate, averaged over 5 s, change no
-    more. Raises ValueError for a motion that does not settle, and as `Fleet` does.
+    Solved by moving the vehicle from rest until speed and yaw rate, averaged over 5 s, are
+    constant. Raises ValueError for a motion that does not settle, and as `Fleet` does.
 
     >>> round(steady_turn("otter", [70, 50], step_s=0.02).radius_m, 2)
     8.25
@@ -335,7 +339,7 @@ def steady_speed(
     overrides: Mapping[str, float] | None = None,
     step_s: float = 0.05,
 ) -> float:
-    """Return the speed (m/s, in whatever direction) that a vehicle reaches with one command held.
+    """Return the speed (m/s, in any direction) that a vehicle reaches with one command held.
 
     Raises as `steady_turn` does.
 
@@ -348,7 +352,7 @@ def steady_speed(
 def _settle(
     model: str, command: ArrayLike, overrides: Mapping[str, float] | None, step_s: float
 ) -> Floats:
-    """Return speed, horizontal speed (m/s) and yaw rate (rad/s) of the motion that lasts."""
+    """Return the settled speed, horizontal speed (m/s) and yaw rate (rad/s) under one command."""
     rest = np.zeros((1, len(find(model).states)))
     fleet = Fleet(model, rest, commands=np.atleast_2d(command), overrides=overrides, step_s=step_s)
     before = np.full(3, np.nan)
@@ -369,7 +373,7 @@ def _settle(
 
 
 def _window(fleet: Fleet, begin: float) -> Floats:
-    """Return mean speed, mean horizontal speed and mean yaw rate over one window."""
+    """Return mean speed and mean horizontal speed (m/s) and mean yaw rate (rad/s) over WINDOW_S."""
     model, samples = fleet.model, 21
     rows = np.array([fleet.at(t)[0] for t in np.linspace(begin, begin + WINDOW_S, samples)])
     speed = np.linalg.norm(rows[:, model.velocity], axis=1).mean()
