@@ -1,12 +1,12 @@
-"""What a scenario means: every fact that follows from its keys, derived once.
+"""The facts of a scenario: everything that follows from its keys, each derived once.
 
 >>> from bindusbl_des import Scenario, Setup
 >>> setup = Setup(Scenario(name="example", survey={"side_m": 60.0}))
 >>> round(setup.slots.uplink_slot, 3), setup.stations_m[0]
 (0.1, (50.0, 0.0))
 
-Each fact imports what it is worked out with, so that whoever asks for few, such as `validate`, does
-not wait for the rest.
+Each fact imports the modules that it needs, so that `validate`, which asks for few, does not load
+the rest.
 """
 
 import math
@@ -32,39 +32,39 @@ if TYPE_CHECKING:
     from .usbl.measuring import Sheet
     from .vehicles.vehicle import SegmentedTrajectory
 
-# Sound is at least this fast (m/s), so that it has arrived this long after the mission's end.
+# The slowest sound (m/s): how long after the mission's end sound may still be on its way.
 SLOWEST_SOUND = 1300.0
 
-# Vessels that are told where to go set out so much later (s), at least.
+# The least lead (s) of an order to a vessel that moves.
 STARTING_S = 1.0
 
 
 class Setup(Sensors):
-    """The facts of a scenario: frozen, each derived when it is first asked for, and kept.
+    """The facts of a scenario: frozen, each derived when it is first asked for, and stored.
 
-    Places are in the survey frame (m; x north, y east or as the area is turned, z down), times in
-    seconds.  ``Setup.facts()`` yields the name and the meaning of each; in a notebook a setup shows
-    area, stations, slots, and who is within range of whom.
+    Positions are in the survey frame (m; x north, y east or as the area is rotated, z down), times
+    in seconds.  ``Setup.facts()`` yields the name and the meaning of each; in a notebook a setup
+    shows area, stations, slots, and which AUVs are within range of which ASV.
     """
 
     scenario: Scenario
 
     def __init__(self, scenario: Scenario) -> None:
-        """Take a scenario.  Facts that ask a user-defined part raise PluginError where it is not
-        allowed, or cannot be used.
+        """Take a scenario.  Facts of a user-defined part that is not allowed, or not usable, raise
+        PluginError.
         """
         self.__dict__.update(vars(site_of(scenario)))  # what its keys had to agree on
 
     @staticmethod
     def of(scenario: Scenario) -> "Setup":
-        """Return the facts of a scenario; those of the last one asked about are kept."""
+        """Return the facts of a scenario; those of the last scenario are cached."""
         return _of(scenario)
 
-    # The bands
+    # HF and MF bands
 
     @fact
     def hf_band(self) -> "SignalBand":
-        """The HF band: its reach (m), the length of a ping (s), the speed of sound (m/s)."""
+        """The HF band: its range (m), the length of a ping (s), the speed of sound (m/s)."""
         from .acoustics.propagation import SignalBand
 
         hf = self.scenario.acoustics.hf
@@ -73,10 +73,10 @@ class Setup(Sensors):
 
     @fact
     def ping_channel(self) -> "AskedChannel | None":
-        """The channel that is asked what becomes of pings; None for the compiled disc.
+        """The channel that decides which pings are decoded; None for the compiled disc.
 
         Raises:
-            ValueError: when the file of a curve or table is none.
+            ValueError: when the file of a curve or table holds none.
         """
         from .acoustics.named_channels import ping_channel
 
@@ -84,7 +84,7 @@ class Setup(Sensors):
 
     @fact
     def ping_loss(self) -> "LossTerms":
-        """How likely a ping is lost within the range of the disc."""
+        """The chance that a ping is lost within the range of the disc."""
         from .acoustics.named_channels import loss_of
 
         acoustics, auvs = self.scenario.acoustics, self.scenario.auvs.count
@@ -93,8 +93,8 @@ class Setup(Sensors):
 
     @fact
     def frame_channel(self) -> "FrameChannel | None":
-        """The channel that is asked what becomes of a frame, by its size (bytes) and airtime (s);
-        None for the disc.  Errors are those of `ping_channel`.
+        """The channel that decides which frames are decoded, by size (bytes) and airtime (s); None
+        for the disc.  Errors are those of `ping_channel`.
         """
         from .acoustics.named_channels import frame_channel
 
@@ -111,22 +111,22 @@ class Setup(Sensors):
 
     @fact
     def slots(self) -> "Slots":
-        """Every duration (s) of the protocol: t_C, T_P, T_UL, guards, and the clock they keep."""
+        """Every duration (s) of the protocol: t_C, T_P, T_UL, guards; and the clock of slots."""
         from .protocol.slots import slots_of
 
         return slots_of(self, self.messages)
 
     @fact
     def reply_delay_s(self) -> float:
-        """How long (s) after a ping's front an ASV answers it; a frame waits for its end."""
+        """How long (s) after a ping's front an ASV answers it: 0, or the ping's length."""
         protocol = self.scenario.protocol
         early = protocol.answer.reply_at == "ping_front" and not protocol.replies_in_frames
         return 0.0 if early else self.scenario.acoustics.hf.ping_s
 
     @fact
     def planned_auvs(self) -> "list[SegmentedTrajectory]":
-        """Where AUVs are in the mission as they are planned, AUV0 first; those with dynamics are
-        taken for vehicles without, at the speed that they are to go.
+        """The planned motion of each AUV, AUV0 first; those with dynamics count as vehicles
+        without, at their planned speed.
 
         Raises:
             ValueError: when the route cannot be flown.
@@ -136,18 +136,18 @@ class Setup(Sensors):
 
         return planned_vehicles(self, self.scenario.duration_s)
 
-    # The instrument, and what navigators believe
+    # The USBL instrument, and the navigators' beliefs
 
     @fact
     def sheet(self) -> "Sheet | None":
-        """What the data sheet of the instrument states (m, rad); None if it has none."""
+        """The accuracy in the instrument's data sheet (m, rad); None if it has no sheet."""
         from .usbl.instrument import sheet_of
 
         return sheet_of(self.scenario.usbl.model, self.ranging.calls)
 
     @fact
     def usbl(self) -> "Usbl":
-        """The USBL instrument as far as it is the same for all vehicles (SI, rad)."""
+        """The USBL instrument: what is the same for all vehicles (SI, rad)."""
         from .acoustics.named_channels import timing_sd_of
         from .usbl.array import elements_of
         from .usbl.instrument import Usbl
@@ -173,20 +173,19 @@ class Setup(Sensors):
 
     @fact
     def beliefs(self) -> "tuple[Beliefs, Growths]":
-        """What the navigator of each AUV believes at first (m, m/s), and how it becomes less
-        sure.
-        """
+        """The initial belief of each AUV's navigator (m, m/s), and how its uncertainty grows."""
         from .navigation.assumptions import assumed
 
         return assumed(self.taken)
 
-    # How far, and how long, vehicles are looked after
+    # How far from the origin, and how long after the end, positions of vehicles are needed
 
     @fact
     def room(self) -> "Room":
-        """Where ASVs that move may go (m), and how long (s) sound travels in it at most.
+        """How far (m) moving ASVs may go from the origin, and how long (s) sound travels at most.
 
-        Twice as far from the origin as any AUV is planned to be, none has a reason to be farther.
+        It is twice the distance of the farthest AUV from the origin, or an ASV's start if that is
+        farther.
         """
         from .protocol.anchors.placing import Room
 
@@ -207,8 +206,8 @@ class Setup(Sensors):
 
     @fact
     def afterwards_s(self) -> float:
-        """How long (s) after its end a mission still asks where vehicles are: sound sent at the
-        last instant is followed to the farthest vehicle.
+        """How long (s) after its end a mission still needs positions of vehicles: sound sent at the
+        last instant is followed to the farthest one.
         """
         area, stations = self.area, self.kept_stations_m
         farthest = self.room.farthest_m
@@ -220,7 +219,7 @@ class Setup(Sensors):
 
     @fact
     def control_intervals(self) -> int:
-        """How many control intervals a trajectory has that outlasts the mission a little."""
+        """The control intervals in a trajectory that lasts `afterwards_s` beyond the mission."""
         from .vehicles.currents import CONTROL_S
 
         return math.ceil((self.scenario.duration_s + self.afterwards_s) / CONTROL_S)
@@ -232,7 +231,7 @@ class Setup(Sensors):
         return f"<pre>{escape(repr(self))}</pre>"
 
     def _lines(self) -> Iterator[str]:
-        """Yield what a reader wants to see first."""
+        """Yield the lines that a setup shows in a notebook."""
         scenario, slots = self.scenario, self.slots
         yield f"{scenario.name}: {self.area.words}, {scenario.lasting}"
         if self.origin_deg is not None:
@@ -252,7 +251,7 @@ class Setup(Sensors):
             yield f"ASV{number} at ({x:.1f}, {y:.1f}) m{self._hears(number)}"
 
     def _hears(self, asv: int) -> str:
-        """Return which AUVs are within HF range of an ASV as the mission begins, in words."""
+        """Describe which AUVs are within HF range of an ASV as the mission begins."""
         import numpy as np
 
         from .protocol.conflicts import hearing
@@ -270,5 +269,5 @@ class Setup(Sensors):
         return f", at first within HF range of {', '.join(names) or 'no AUV'}"
 
 
-# Facts of the last scenario that was asked about
+# The setup of the last scenario
 _of = kept(Setup)

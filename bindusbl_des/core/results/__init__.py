@@ -1,1 +1,1 @@
-"""What a mission has come to: tables, summary, and the folder that holds them."""
+"""The result of a mission: tables, summary, and the folder that holds them."""

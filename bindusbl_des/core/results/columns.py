@@ -1,7 +1,7 @@
 """Columns of Arrow tables, from numpy and back, without pandas or Arrow's compute library.
 
-`pyarrow.array` loads pandas to see whether it was given a Series, a cast loads the compute library:
-half a second in every run and every worker.
+`pyarrow.array` loads pandas to check for a Series, and a cast loads the compute library: half a
+second in every run and every worker.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def arrow(values: NDArray[Any] | Sequence[Any], kind: pa.DataType) -> pa.Array:
 def _numbers(
     values: NDArray[Any] | Sequence[Any], kind: Any
 ) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
-    """Return values as an array of a kind, and which of them are missing if any is."""
+    """Return values as an array of a type, and a mask of the missing ones, if any."""
     missing = None
     if np.issubdtype(kind, np.floating):
         values = np.array(values, dtype=np.float64)  # None becomes NaN
@@ -49,9 +49,9 @@ def _strings(values: Sequence[str | None]) -> pa.Array:
 
 
 def spelt(words: Sequence[str], codes: NDArray[np.int64]) -> pa.Array:
-    """Return words by their numbers, one in each row; -1 is null.
+    """Return a column of words by their indices (n,) in `words`; -1 is null.
 
-    Words are short and without NUL: each row is as long as the longest for a moment.
+    Words are short and without NUL: for a moment each row is as long as the longest.
     """
     encoded = np.array([*(word.encode() for word in words), b""])  # the last for what is null
     ends = np.zeros(len(codes) + 1, dtype=np.int32)
@@ -68,23 +68,23 @@ def _validity(missing: NDArray[np.bool_]) -> pa.Buffer | None:
 
 
 def numpy_columns(table: pa.Table) -> dict[str, NDArray[Any]]:
-    """Return the columns of a table, in reverse of :func:`arrow`: null is NaN, or None in strings.
+    """Return a table's columns as arrays, reversing :func:`arrow`: null is NaN, or None in strings.
 
-    Whole numbers stay whole where none is missing.  Without pandas, for the same reason.
+    Whole numbers stay whole where none is missing.
     """
     return {field.name: numpy_array(table[field.name].combine_chunks()) for field in table.schema}
 
 
 def numpy_type(kind: pa.DataType) -> np.dtype[Any]:
-    """Return the numpy type of numbers, which Arrow calls as numpy does.
+    """Return the numpy type of numbers in Arrow, whose names for types are numpy's.
 
-    Its own answer, `to_pandas_dtype`, loads pandas in older versions.
+    Arrow's own `to_pandas_dtype` loads pandas in older versions.
     """
     return np.dtype(str(kind))
 
 
 def numpy_array(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
-    """Return one column as :func:`numpy_columns` does."""
+    """Return one column as an array, as :func:`numpy_columns` does."""
     kind = array.type
     if kind == pa.string() or isinstance(array, pa.ChunkedArray) or not len(array):
         values = array.to_pylist()

@@ -1,7 +1,7 @@
-"""What changes of a plan are worth: measured effects, as plain data that reports and files hold.
+"""Measured effects of changes to a plan, as plain data in reports and files.
 
-An effect is a mean of differences between missions with a change and missions without it, paired
-by seed, so that both had the same noise; its interval says how well it is known.
+An effect is a mean of differences between missions with a change and missions without it, paired by
+seed, so that both had the same noise; with its confidence interval.
 """
 
 import json
@@ -16,12 +16,12 @@ from ...support.wording import decimals, number
 
 HELPS, NEGLIGIBLE, NO_EFFECT, HARMS = "helps", "negligible", "no measurable effect", "harms"
 
-# Of a large fleet only so many AUVs are named.
+# Messages name at most this many AUVs.
 MOST_NAMED = 3
-# What fixes cost in a single mission is worth a word from this share of the error on.
+# Harm by fixes in a single mission is reported if it exceeds this share of the error without them.
 NOTEWORTHY = 0.1
 
-# Numbers of a file: none is as large, in whatever unit.
+# Bound of numbers in a file, in any unit.
 BEYOND_MEASURE = 1e100
 Number = Annotated[float, Field(gt=-BEYOND_MEASURE, lt=BEYOND_MEASURE)]
 Count = Annotated[int, Field(ge=0, lt=10**100)]
@@ -39,9 +39,9 @@ def _options(settings: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Effect:
-    """What a change does to the worst AUV's mean position error (m); below 0 the error falls.
+    """The effect of a change on the worst AUV's mean position error (m); negative: the error falls.
 
-    `settings` are what `--set` takes.  The true mean lies from `low_m` to `high_m`.
+    `settings` are the arguments of `--set`.  The true mean lies from `low_m` to `high_m`.
     """
 
     kind: str
@@ -61,7 +61,7 @@ class Effect:
 
 @dataclass(frozen=True)
 class Harm:
-    """An AUV that would navigate better without any fix: by how much fixes raise its error (m).
+    """An AUV that fixes harm: they raise its error by `mean_m` (m).
 
     `with_m` and `without_m` are its mean errors over `seeds` missions.
     """
@@ -77,8 +77,8 @@ class Harm:
 
 @dataclass(frozen=True)
 class Foreseen:
-    """What a change is predicted to do where no mission could be flown: the worst AUV's mean error
-    (m) as it is, and with it.  `settings` are what `--set` takes.
+    """The predicted effect of a change, where no mission could be flown: the worst AUV's mean error
+    (m) without it (`now_m`) and with it (`then_m`).  `settings` are the arguments of `--set`.
     """
 
     words: str
@@ -94,17 +94,16 @@ class Foreseen:
 
 @dataclass(frozen=True)
 class Advice:
-    """What was tried beside a mission, and what came of it.
+    """Changes to a mission that were tried, and their effects.
 
-    At most `budget_missions` were to be flown, in `budget_s` (None: however long it takes); whether
-    that time cut them off says `is_cut`.
-    `error_m` is the worst AUV's mean error of the plan as it is, over the seeds of the effects.
-    `effects` are ranked, the best first.  `harm_seeds` is how many missions decided about `harms`,
-    0 where there were too few.  Changes that got no statement are named in words: `inert` left the
-    worst AUV's error as it was in the first trial, `needless` would have (each with its reason),
-    `dropped` promised less than others in the first trials, `untried` found no mission.  `shortage`
-    says why nothing was measured, `foreseen` what is predicted then, the best first, `fixed_gain`
-    whether the plan's filter has a fixed gain.
+    The budget was `budget_missions` missions in `budget_s` (None: no limit); `is_cut` says whether
+    that time ended the trials. `error_m` is the worst AUV's mean error of the unchanged plan, over
+    the seeds of the effects. `effects` are ranked, the best first.  `harms` rest on `harm_seeds`
+    missions, 0 where there were too few.  Changes without a result are named in words: `inert` left
+    the worst AUV's error unchanged in the first trial, `needless` would have (each with its
+    reason), `dropped` promised less than others in the first trials, `untried` were beyond the
+    budget.  `shortage` says why nothing was measured; `foreseen` are then predictions, the best
+    first. `fixed_gain` says whether the plan's filter has a fixed gain.
     """
 
     budget_missions: Count
@@ -128,12 +127,12 @@ class Advice:
         return [effect for effect in self.effects if effect.verdict in verdicts]
 
 
-# An interval narrower than this (m) has a third decimal or more, or its ends may look the same.
+# An interval narrower than this (m) is shown with three decimals or more, to tell its ends apart.
 NARROW_M = 0.1
 
 
 def interval(effect: Effect | Harm) -> str:
-    """Return an effect with its interval.
+    """Return an effect with its confidence interval, in words.
 
     >>> interval(Effect("gain", "", (), -0.4, -0.5, -0.3, 8, HELPS))
     '-0.40 m [-0.50, -0.30]'
@@ -149,10 +148,10 @@ def interval(effect: Effect | Harm) -> str:
 
 
 def harm_text(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[str]:
-    """Return sentences about fixes that make AUVs navigate worse; none where they do not.
+    """Return sentences about AUVs that navigate worse with fixes than without, if any.
 
-    `auvs` are the metrics of each AUV.  One mission alone may be chance: where other seeds were
-    tried they decide, and where none were that is said.
+    `auvs` are the metrics of each AUV.  One mission may be chance: missions with other seeds decide
+    where they were flown; else the text says that none were.
     """
     if advice is None or not advice.harm_seeds:
         return _harm_of_one_mission(auvs)
@@ -173,7 +172,7 @@ def harm_text(auvs: Sequence[Mapping[str, Any]], advice: Advice | None) -> list[
 
 
 def _worse(harm: Harm, here: Mapping[str, tuple[float, float]]) -> str:
-    """Return an AUV's errors with and without fixes in this mission; its means if luck hid it."""
+    """Return an AUV's errors with and without fixes; means if luck hid the harm in this mission."""
     errors = here[harm.auv]
     if errors[0] > errors[1]:
         return _with_and_without(harm.auv, errors)
@@ -186,7 +185,7 @@ def _with_and_without(auv: str, errors: tuple[float, float]) -> str:
 
 
 def _tried(advice: Advice) -> str:
-    """Return which gain and which filter were measured to lower the worst AUV's error."""
+    """Return the gain and the filter that measurably lowered the worst AUV's error, in words."""
     best = {effect.kind: effect for effect in advice.of(HELPS)}
     named = [
         f"{best[kind].settings[0].replace('=', ' ')} ({interval(best[kind])})"
@@ -216,10 +215,10 @@ def _harm_of_one_mission(auvs: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def from_data(data: Any) -> Advice:
-    """Return the advice that a file holds.
+    """Return the advice in the data of a file.
 
     Raises:
-        ValueError: when it is none, naming the first key that is wrong.
+        ValueError: when it is no advice, naming the first key that is wrong.
     """
     if not isinstance(data, Mapping):
         raise ValueError("advice holds no keys")
@@ -239,7 +238,7 @@ def from_data(data: Any) -> Advice:
 
 
 def _wrong(error: Mapping[str, Any]) -> str:
-    """Return which key is wrong, of the advice or of its effects, harms or predictions."""
+    """Return which key of the advice, its effects, harms or predictions is wrong."""
     first, *further = (step for step in error["loc"] if isinstance(step, str))
     if error["type"] == "dataclass_type":
         return f"{first} holds no keys"

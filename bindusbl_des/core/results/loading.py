@@ -1,4 +1,4 @@
-"""Result folders read back: tables that have their checksums, of the mission on record."""
+"""Result folders read back: each file has the checksum that `run.json` records."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 
 def load_result(folder: str | Path) -> Result:
-    """Read a result folder back, if its files are those that were written.
+    """Return the result in a folder, if its files are as they were written.
 
     Raises:
         FileNotFoundError: when the folder is not that of a finished run.
@@ -62,7 +62,7 @@ def load_result(folder: str | Path) -> Result:
 
 
 def _other(folder: Path) -> str:
-    """Return what a folder is that is not that of a run."""
+    """Return what kind of folder this is, which holds no run."""
     if (folder / "campaign.json").is_file():
         return (
             "holds a campaign; give the folder of one run (in Python, load_campaign reads "
@@ -79,23 +79,23 @@ def _other(folder: Path) -> str:
 
 
 class _Newer(ValueError):
-    """A folder is of a later version than this."""
+    """A folder is of a later version of the program."""
 
 
 class _Damaged(Exception):
-    """Files of a folder are damaged; `damage` says each, and why."""
+    """Files of a folder are damaged; `damage` describes each."""
 
     def __init__(self, damage: list[str]) -> None:
         self.damage = damage
 
 
 def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[str, pa.Table]:
-    """Return the tables of a mission; none is parsed before all files have their checksums.
+    """Return the tables of a mission; no table is parsed before all files have their checksums.
 
     Folders of earlier versions have no checksums.
 
     Raises:
-        _Damaged: naming each table that is.
+        _Damaged: naming each damaged file.
     """
     names = ("auvs", "mission", *(EVENT_TABLES if scenario.record.detail == "full" else ()))
     names = tuple(name for name in names if name not in SOMETIMES or SOMETIMES[name](scenario))
@@ -113,7 +113,7 @@ def _tables(folder: Path, scenario: Scenario, run: Mapping[str, Any]) -> dict[st
 
 
 def _each(names: Sequence[str], work: Callable[[str], T]) -> dict[str, T]:
-    """Return what comes of each table, or tell of all that are damaged."""
+    """Return `work(name)` by name; raise _Damaged, which lists all damaged files, if any is."""
     results, damaged = {}, []
     for name in names:
         try:
@@ -126,7 +126,7 @@ def _each(names: Sequence[str], work: Callable[[str], T]) -> dict[str, T]:
 
 
 def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
-    """Return what was advised beside a mission; None where nothing was tried."""
+    """Return the advice in a folder; None where no change was tried."""
     path = folder / ADVICE
     if not path.exists():
         return None
@@ -149,7 +149,7 @@ def _read_advice(folder: Path, scenario: Scenario) -> Advice | None:
 
 
 def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
-    """Return the scenario in `run.json`, and all that the file holds."""
+    """Return the scenario in `run.json`, and all of the file's data."""
     try:
         run = read_json(path)
         if not isinstance(run, dict):
@@ -180,7 +180,7 @@ def _read_record(path: Path) -> tuple[Scenario, dict[str, Any]]:
 
 
 def _as_flown(scenario: dict[str, Any]) -> dict[str, Any]:
-    """Return a scenario on record with what an older version did where it had no key for it."""
+    """Return a scenario of an older version with the keys it lacks set to what that version did."""
     protocol = scenario.get("protocol")
     if isinstance(protocol, dict) and "turnaround_s" in protocol and "reply" not in protocol:
         scenario = {**scenario, "protocol": {**protocol, "reply": "instant"}}
@@ -209,7 +209,7 @@ def _is_words(value: Any) -> bool:
     return isinstance(value, dict) and all(isinstance(word, str) for word in value.values())
 
 
-# What the keys of `run.json` hold; folders have had the first four always.
+# Keys of `run.json`: the check and the meaning of each; those in ALWAYS are in every folder.
 RECORD: Mapping[str, tuple[Callable[[Any], bool], str]] = {
     "scenario": (lambda value: isinstance(value, dict), "a scenario"),
     "scenario_sha256": (lambda value: isinstance(value, str), "a fingerprint"),
@@ -230,7 +230,7 @@ ALWAYS = ("scenario", "scenario_sha256", "seed", "wall_time_s")
 
 
 def _reason(error: Exception) -> str:
-    """Return in a line what is wrong: of a scenario that is none, its first key that is wrong."""
+    """Return in one line what is wrong; of an invalid scenario its first wrong key."""
     if isinstance(error, OSError):
         return error.strerror or type(error).__name__
     lines = [line.strip() for line in str(error).splitlines()] or [type(error).__name__]
@@ -238,7 +238,7 @@ def _reason(error: Exception) -> str:
 
 
 def _again(folder: Path, seed: int | str) -> str:
-    """Return the command that makes a damaged folder anew."""
+    """Return the command that makes a damaged folder again."""
     return (
         f"run the mission again: bindusbl-des run {folder / SCENARIO} --seed {seed} "
         f"--out {folder} --force"

@@ -1,6 +1,6 @@
 """The result of one mission: its tables, and the folder that holds them.
 
-Pages and figures are made in rooms above, loaded when first asked for.
+Pages and figures are made by applications, which are imported when first asked for.
 """
 
 import hashlib
@@ -48,14 +48,14 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-# The modules of the package, and the functions there, that make of a result
+# Functions, by their modules in the package, that make of a result
 PAGE = "apps.report.run_page:run_page"  # a page (HTML)
 FIGURE = "apps.figures.kinds:drawn"  # a figure (matplotlib), given its kind and width (in)
 WARNINGS = "apps.preflight.warnings:warnings_of"  # warnings, of its scenario
 
 
 def face(home: str) -> Any:
-    """Return the function that shows something, by its module in the package and its name."""
+    """Return the function named ``module:function``, its module relative to the package."""
     module, _, name = home.partition(":")
     return getattr(import_module(f"....{module}", __name__), name)
 
@@ -70,10 +70,7 @@ PACKAGES = ("bindusbl-des", "simpy", "numpy", "networkx", "pandas", "pyarrow", "
 
 
 class PandasTables(Mapping[str, "pd.DataFrame"]):
-    """Arrow tables by name, as pandas frames.
-
-    Who asks for metrics alone does not wait for all receptions to be turned into a frame.
-    """
+    """Arrow tables by name, as pandas frames, each converted when it is first asked for."""
 
     def __init__(self, arrow: Mapping[str, pa.Table]) -> None:
         self._arrow = arrow
@@ -98,12 +95,13 @@ class PandasTables(Mapping[str, "pd.DataFrame"]):
 
 
 class Result:
-    """What happened in one mission, and what it achieved.
+    """The result of one mission.
 
     `scenario` and `seed` made it; `arrow` has its tables as Arrow tables, by name; `wall_time_s`
-    (s) is what it took; `violations` says how often its schedule was broken, and where first;
-    `advice` is what would help, as measured by `advise`, None if nothing was tried; `whole_time_s`
-    (s) what a command took from reading the scenario to its page, None where none did.
+    (s) is how long the mission took to simulate; `violations` counts signals of its schedule that
+    others destroyed, and has the first; `advice` has the measured effects of changes (`advise`),
+    None if none was tried; `whole_time_s` (s) is how long a command took from reading the scenario
+    to the page, else None.
     """
 
     def __init__(
@@ -120,10 +118,9 @@ class Result:
     ) -> None:
         """Take the Arrow tables by name; with `record.detail: summary` only auvs and mission.
 
-        `warnings` are those of when the mission was run, by default those of the scenario now and
-        the `notes` of what the scenario does not say; `violations`
-        what broke its schedule, None where that is not known or AUVs ping as they like; `overrides`
-        what was set beside the scenario's file, KEY=VALUE each.
+        `warnings` are those of the run; by default those of the scenario now, and `notes`, which
+        the scenario alone does not give.  `violations` is None where they are not known or AUVs
+        ping as they like; `overrides` are the KEY=VALUE options set beside the scenario's file.
         """
         self.scenario, self.seed = scenario, seed
         self.arrow = dict(arrow)
@@ -136,12 +133,12 @@ class Result:
         self._given_warnings, self._notes = warnings, notes
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave a user-defined navigator behind: another process may not know its class."""
+        """Leave out a user-defined navigator: another process may not know its class."""
         return {**self.__dict__, "navigator": None}
 
     @cached_property
     def warnings(self) -> tuple[ScenarioWarning, ...]:
-        """Warnings about the scenario, to be read before the results are trusted."""
+        """Warnings about the scenario, to read before the results are trusted."""
         if self._given_warnings is not None:
             return tuple(self._given_warnings)
         return (*face(WARNINGS)(self.scenario), *self._notes)
@@ -158,7 +155,7 @@ class Result:
 
     @property
     def auvs(self) -> "pd.DataFrame":
-        """Metrics, a row per AUV."""
+        """Metrics of AUVs, a row for each."""
         return self.tables["auvs"]
 
     @property
@@ -167,7 +164,7 @@ class Result:
         return self.tables["mission"]
 
     def summary(self) -> str:
-        """Return the metrics that matter most, in a table of at most 80 columns, and the advice."""
+        """Return the most important metrics in a table of at most 80 columns, and the advice."""
         auvs, mission = (self.arrow[name].to_pylist() for name in ("auvs", "mission"))
         broken = "" if self.violations is None else self.violations.text
         return summary(auvs, mission[0], self.advice, broken)
@@ -186,7 +183,8 @@ class Result:
     def plot(
         self, kind: str, path: str | Path | None = None, *, width: float = 7.16, **options: Any
     ) -> Any:
-        """Return a matplotlib figure, `width` inches wide, as `plot` draws it; also write it.
+        """Return a matplotlib figure, `width` inches wide, as the command `plot` draws it; also
+        write it to `path`, if given.
 
         `kind` is trajectory, error, fixes, coverage, timeline, round or latency; the ending of
         `path` chooses PNG, SVG or PDF.  Options: `first` and `last` round of a timeline, `number`
@@ -211,7 +209,7 @@ class Result:
         return f"<p>{escape(repr(self))}</p><pre>{escape(self.summary())}</pre>"
 
     def run_record(self) -> dict[str, Any]:
-        """Return what `run.json` holds: scenario, seed, warnings, versions, times, status."""
+        """Return the data of `run.json`: scenario, seed, warnings, versions, times, status."""
         return {
             "status": "complete",
             "schema": SCHEMA_VERSION,
@@ -232,10 +230,10 @@ class Result:
     def write(
         self, folder: str | Path, *, force: bool = False, scenario_text: str | None = None
     ) -> Path:
-        """Write the result folder, all of it or nothing; return its path.
+        """Write the result folder, whole or not at all; return its path.
 
-        An earlier run's folder is replaced by force alone, and only if nothing else is in it.  If
-        another process takes the name meanwhile, the results are kept beside it.
+        An earlier run's folder is replaced only with `force`, and only if it holds nothing else.
+        If another process takes the name meanwhile, the results are written beside it.
 
         Raises:
             FileExistsError: when the folder exists or came to exist; it says where results are.
@@ -247,7 +245,7 @@ class Result:
         return folder
 
     def fill(self, folder: Path, scenario_text: str | None, began_s: float | None = None) -> None:
-        """Write all files into a folder; the scenario as its user wrote it, where that is known.
+        """Write all files into a folder; the scenario as its user wrote it, if that text is given.
 
         `began_s` is the instant of :func:`time.monotonic` at which the command began.
 
@@ -268,7 +266,7 @@ class Result:
         copies = copies_of(self.scenario.model_dump(mode="json"))
         if copies:
             keep({name: file for name, file in copies.items() if os.path.isfile(file)}, folder)
-            scenario_text = None  # which names them where they were
+            scenario_text = None  # it has the files' original paths
         # JSON is YAML, but for its escapes of characters beyond U+FFFF.
         text = scenario_text or json.dumps(run["scenario"], indent=2, ensure_ascii=False)
         (folder / SCENARIO).write_text(text, encoding="utf-8")
@@ -284,19 +282,19 @@ class Result:
 
 @cache
 def versions() -> dict[str, str]:
-    """Return which versions are installed of what a mission's numbers depend on."""
+    """Return the installed version of each package that a mission's numbers depend on."""
     return {package: version(package) for package in PACKAGES}
 
 
 def scenario_sha256(scenario: Scenario) -> str:
-    """Return the fingerprint of a scenario: equal scenarios, equal fingerprints.
+    """Return the fingerprint of a scenario: equal scenarios have equal fingerprints.
 
-    Files that it names count by their contents and names, wherever they lie.
+    Files that it names count by their contents and names, wherever they are.
     """
     return sha256_as_written(portable(scenario.model_dump(mode="json")))
 
 
 def sha256_as_written(scenario: Mapping[str, Any]) -> str:
-    """Return the fingerprint of a scenario as it was written, whatever keys there are by now."""
+    """Return the fingerprint of a scenario's data as written, even if keys were added since."""
     canonical = json.dumps(scenario, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(canonical.encode()).hexdigest()

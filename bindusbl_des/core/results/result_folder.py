@@ -1,7 +1,7 @@
-"""The folder of a run: what lies in it, and how it is written, whole or not at all.
+"""The folder of a run: which files it has, and how it is written, whole or not at all.
 
-Tables are Parquet files, written with their SHA-256, compared with it before they are parsed:
-Parquet's own decoders end the process at some flipped bits.
+Tables are Parquet files.  Their SHA-256 is compared before they are parsed, because Parquet's
+decoders end the process at some flipped bits.
 """
 
 import hashlib
@@ -24,10 +24,10 @@ from ..records.events import LASTING_ERRORS, TOLD_WHY
 from .effects import Advice
 from .schemas import SCHEMA_VERSION, TABLES, schema
 
-# A table of fewer rows is read sooner by one thread.
+# A table with at most this many rows is read faster by one thread.
 ROWS = 100_000
 
-# Whoever reads a table forward holds so many rows at a time.
+# The rows of a batch, for readers that go through a table in batches.
 PIECE = 10_000
 
 
@@ -43,7 +43,7 @@ class DamagedFile(ValueError):
 
 
 class SummedFile(io.FileIO):
-    """A file that is written from its beginning to its end, and the SHA-256 of what was written."""
+    """A file written from beginning to end, which computes the SHA-256 of its contents."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, "wb")
@@ -59,25 +59,25 @@ class SummedFile(io.FileIO):
         return size
 
     def sha256(self) -> str:
-        """Return the checksum of what was written so far."""
+        """Return the SHA-256 of what was written so far."""
         return self._sum.hexdigest()
 
 
 def sha256_of(path: Path) -> str:
-    """Return the checksum of a file.
+    """Return the SHA-256 of a file.
 
     Raises:
-        DamagedFile: when it is none, or cannot be read.
+        DamagedFile: when it is no file, or cannot be read.
     """
     with _read(path), open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def compare_sum(path: Path, expected: str | None, record: str) -> None:
-    """Refuse a file that has not the checksum that a `record` has of it.
+    """Refuse a file whose SHA-256 is not the `expected` one of a `record`.
 
     Raises:
-        DamagedFile: when it has not, or the record has none.
+        DamagedFile: when it differs, or the record has none.
     """
     if expected is None:
         raise DamagedFile(str(path), f"has no checksum in {record}")
@@ -88,9 +88,9 @@ def compare_sum(path: Path, expected: str | None, record: str) -> None:
 def read_parquet(
     path: Path, columns: Sequence[str] | None = None, needed: Sequence[str] = ()
 ) -> pa.Table:
-    """Return a table from its file, or those of some columns that it has; it must have all needed.
+    """Return the table in a file, or those of `columns` that it has; all `needed` must be there.
 
-    Metrics that missions were given since are null where they are wanted of an older file.
+    Mission metrics that an older file lacks are null.
 
     Raises:
         DamagedFile: saying what is wrong with the file.
@@ -106,7 +106,7 @@ def read_parquet(
 
 
 def read_pieces(path: Path) -> Iterator[pa.Table]:
-    """Yield the rows of a table from its file, some thousand at a time.
+    """Yield the rows of a table in batches of PIECE.
 
     Raises:
         DamagedFile: saying what is wrong with the file.
@@ -129,7 +129,7 @@ def read_schema(path: Path) -> pa.Schema:
         return file.schema_arrow
 
 
-# Columns that a table was given since folders of it were first kept
+# Columns that older folders may lack
 ADDED = {
     "pings": {"call_why"},
     "receptions": {*TOLD_WHY, *LASTING_ERRORS, "range_rate_m_per_s"},
@@ -139,11 +139,10 @@ ADDED = {
 
 
 def read_table(path: Path, name: str, origin: Mapping[str, str]) -> pa.Table:
-    """Return a mission's table with the columns that are agreed, their units and meanings.
+    """Return a mission's table with its columns, their units and meanings.
 
-    Columns that say why, which folders of 0.2 did not have, are null where they are lacking.
-
-    `origin` is the metadata of the mission that it must be of, by keys with what each is called.
+    Columns that older folders lack (`ADDED`) are null.  `origin` is the metadata, by key, of the
+    mission that the file must belong to.
 
     Raises:
         DamagedFile: when it is another table, another mission's, or of another version.
@@ -191,7 +190,7 @@ def _opened(path: Path) -> Iterator[pq.ParquetFile]:
 
 @contextmanager
 def _read(path: Path) -> Iterator[None]:
-    """Say of a file that cannot be read why."""
+    """Raise DamagedFile, with the reason, for a file that cannot be read."""
     try:
         if path.exists() and not path.is_file():
             raise DamagedFile(str(path), "is no file")
@@ -239,38 +238,37 @@ def _check_columns(path: Path, columns: Sequence[str], needed: Sequence[str]) ->
 
 
 RECORD = "run.json"
-# The keys of checksums in it: of the tables, and of the files beside them that say what these are.
+# Its keys with checksums: of the tables, and of the scenario and the data dictionary.
 SUMS, FILE_SUMS = "tables_sha256", "files_sha256"
 SCENARIO, DICTIONARY = "scenario.yaml", "data_dictionary.json"
-# The file of what would help, in folders whose mission was advised on.
+# The file of the advice, in folders of missions with advice.
 ADVICE = "advice.json"
 
 WRITTEN = {RECORD, SCENARIO, DICTIONARY, "report.html", ADVICE}
 WRITTEN |= {f"{name}.parquet" for name in TABLES}
 
-# What `plot` adds to the folder; the kinds stand here as well, since matplotlib is slow to import.
+# Files that `plot` adds; the kinds are repeated here, since matplotlib is slow to import.
 FIGURES = "figures"
 KINDS = ("trajectory", "error", "fixes", "coverage", "timeline", "round", "latency")
 DRAWN = {f"{kind}.{suffix}" for kind in KINDS for suffix in ("png", "svg", "pdf")}
 
-# What `export` makes of it: one file, or a folder of them; campaigns have a table of missions
-# as well.
+# Files that `export` makes; a folder of CSV files of a campaign also has a table of missions.
 EXPORTED = ("mcap", "ros2.mcap", "geojson", "kml", "kmz")
 CSV, CSV_DICTIONARY = "csv", "columns.csv"
 CSV_FILES = {CSV_DICTIONARY, "missions.csv", *(f"{name}.csv" for name in TABLES)}
 
-# Of what is not ours in a folder so much is named.
+# Messages name at most this many foreign files.
 MOST_NAMED = 3
 
 
 def result_draft(folder: Path, *, force: bool = False) -> AbstractContextManager[Path]:
-    """Return the context in which a run's folder is filled: see `folder_draft`."""
+    """Return the context in which a run's folder is filled, as by `folder_draft`."""
     clear_killed(folder / CSV)  # an export within, which would be in the way
     return folder_draft(folder, objection, force=force)
 
 
 def objection(folder: Path) -> str | None:
-    """Return why force must not replace a folder; None for results of a run, or an empty folder."""
+    """Return why `force` must not replace a folder; None if it is empty, or holds a run."""
     if not (folder / RECORD).is_file():
         empty = folder.is_dir() and not any(folder.iterdir())
         return None if empty else "holds no results of a run, so it is not replaced"
@@ -283,7 +281,7 @@ def objection(folder: Path) -> str | None:
 
 
 def objection_to_csv(folder: Path) -> str | None:
-    """Return why force must not replace a folder; None for an earlier export to CSV, or nothing."""
+    """Return why `force` must not replace a folder; None if it is empty, or an export to CSV."""
     files = list(folder.iterdir()) if folder.is_dir() else [folder]
     foreign = sorted(
         path.name for path in files if path.name not in CSV_FILES or not path.is_file()
@@ -295,9 +293,9 @@ def objection_to_csv(folder: Path) -> str | None:
 
 
 def _foreign(folder: Path) -> Iterator[str]:
-    """Yield the names of what lies in a run's folder, but is neither its results nor made of them.
+    """Yield the names of foreign files in a run's folder.
 
-    That are also the files of `plot` and `export`, and drafts that killed processes left.
+    Results, files of `plot` and `export`, and drafts of killed processes are not foreign.
     """
     ours = {*WRITTEN, *(f"{exported_name(folder)}.{ending}" for ending in EXPORTED)}
     for path in folder.iterdir():
@@ -313,13 +311,13 @@ def _foreign(folder: Path) -> Iterator[str]:
 
 
 def _is(path: Path, names: set[str]) -> bool:
-    """Tell whether a path is a file of such a name, or a draft of one."""
+    """Return whether a path is a file with one of these names, or a draft of a file."""
     draft = path.name.startswith(".") and path.name.endswith(DRAFT)
     return path.is_file() and (draft or path.name in names)
 
 
 def exported_name(folder: Path) -> str:
-    """Return what `export` calls the mission of a folder, but for its ending."""
+    """Return the stem of the files that `export` makes of a folder's mission."""
     try:
         name = json.loads((folder / RECORD).read_text(encoding="utf-8"))["scenario"]["name"]
         return file_name(str(name))
@@ -328,22 +326,22 @@ def exported_name(folder: Path) -> str:
 
 
 def advice_text(advice: Advice) -> str:
-    """Return what `advice.json` holds."""
+    """Return the text of `advice.json`."""
     return json.dumps(sealed(asdict(advice)), indent=2) + "\n"
 
 
 def write_json(path: Path, data: Any) -> None:
-    """Write a JSON file into a folder that is not there yet for others."""
+    """Write a JSON file into a folder that no other process uses yet."""
     path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
 
 
 def write_csv(
     tables: Mapping[str, pa.Table], folder: Path, *, force: bool = False
 ) -> Mapping[str, int]:
-    """Write tables as a folder of CSV files, all of it or nothing; return the rows of each.
+    """Write tables as a folder of CSV files, whole or not at all; return the rows of each.
 
-    UTF-8, commas, decimal points, a header; what is missing is empty, numbers read back as they
-    were.  Units are in the names of the columns, and with their meaning in `columns.csv`.
+    UTF-8, commas, decimal points, a header; a missing value is empty, and numbers read back
+    exactly.  Units are in the names of the columns, and with their meaning in `columns.csv`.
 
     Raises:
         FileExistsError: when the folder exists and must not be replaced, or came to exist.

@@ -1,4 +1,4 @@
-"""The timeline of one round: its slots, its frames, and what each of their parts is for."""
+"""The timeline of one round: its uplink and downlink slots."""
 
 from dataclasses import dataclass
 from math import isnan
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of mission time (s)."""
+    """An interval of mission time (s)."""
 
     start: float
     end: float
@@ -26,9 +26,9 @@ class Span:
 def uplink_slots(result: "Result", number: int) -> list[Span]:
     """Return the uplink slots of a round, one for each of its ping groups.
 
-    With random access there is one, the whole cycle of the downlink: AUVs ping as they like.  Else
-    a slot begins with its first ping, or call (twtt, polling), whenever the downlink let it; one in
-    which no AUV has pinged, as the one before it ends.
+    A slot begins with its first ping, or call (twtt, polling); a slot without pings begins as the
+    one before it ends.  With random access AUVs ping at any time, so there is one slot: the whole
+    cycle.
     """
     rounds = result.tables["rounds"]
     row: Any = rounds[rounds["round"] == number].iloc[0]
@@ -52,7 +52,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
 
 
 def _cycle(result: "Result", row: Any) -> Span:
-    """Return the cycle of a round (random access); the last lasts to the end of the mission."""
+    """Return the cycle of a round with random access; the last cycle ends with the mission."""
     begins, ends = float(row.started_at_s), float(result.scenario.duration_s)
     if isnan(row.uplink_s) or isnan(row.downlink_s):
         return Span(begins, ends)
@@ -60,16 +60,17 @@ def _cycle(result: "Result", row: Any) -> Span:
 
 
 def _are_unequal(setup: Setup) -> bool:
-    """Tell whether slots may have other lengths than T_UL, and follow each other without pause."""
+    """Return whether slots may differ in length from T_UL, and follow each other without pause."""
     protocol = setup.scenario.protocol
     follow = not (protocol.downlink.is_own or setup.downlink.by_group)
     return setup.schedule.pace != "" or (protocol.schedule.is_own and follow)
 
 
 def _first_pings(result: "Result", number: int) -> dict[int, float]:
-    """Return when (s) the first ping, or call, of each slot of a round was sent, by slot.
+    """Return the instant (s) of the first ping, or call, of each slot of a round, by slot.
 
-    AUVs that received no slots may ping at any instant: there slots are those assigned.
+    Where AUVs received their slots, these are the assigned starts: an AUV without a slot may ping
+    at any instant.
     """
     assigned = result.tables.get("assignments")
     if assigned is not None and len(assigned):
@@ -84,8 +85,8 @@ def _first_pings(result: "Result", number: int) -> dict[int, float]:
 
 
 def downlink_slots(result: "Result", number: int) -> list[Span]:
-    """Return the downlink slots of a round, one for each of its broadcasts, or for each of the
-    parts of one in which other ASVs broadcast (`parallel`).
+    """Return the downlink slots of a round, one for each broadcast; with `parallel` broadcasts, one
+    for each part of a broadcast at which other ASVs send, too.
     """
     slots, frames = result.setup.slots, broadcasts_of(result, number)
     frames = frames[frames.airtime_s > 0.0]  # an instant reply takes no slot
@@ -105,7 +106,7 @@ def downlink_slots(result: "Result", number: int) -> list[Span]:
 
 
 def pings_sent(result: "Result") -> Any:
-    """Return the pings that were sent: all, but for turns whose call got no answer (twtt)."""
+    """Return the pings that were sent: all rows, but for slots whose call got no answer (twtt)."""
     pings = result.tables["pings"]
     if "call" not in pings:  # of an older version
         return pings

@@ -1,4 +1,4 @@
-"""What the columns of the result tables are: type, unit, meaning and frame."""
+"""The columns of the result tables: type, unit, meaning and frame of each."""
 
 import types
 from collections.abc import Callable, Collection, Mapping
@@ -55,9 +55,7 @@ EVENT_TABLES = (
     *("fixes", "gnss_fixes", "signals", "signal_receptions", "auv_frames", "auv_frame_receptions"),
     *("packets", "peer_ranges", "modem_lines", "tracks"),
 )
-# Which missions have a table that others lack: whose AUVs carry GNSS, whose vehicles hear others
-# by programs (protocol.access), whose AUVs send frames or data (traffic), or range each other,
-# whose vehicles have modems.
+# Tables that only some missions have, and which ones.
 SOMETIMES: Mapping[str, Callable[[Scenario], bool]] = {
     "gnss_fixes": lambda scenario: scenario.navigation.gnss_fix is not None,
     "signals": attrgetter("has_signals"),
@@ -68,7 +66,7 @@ SOMETIMES: Mapping[str, Callable[[Scenario], bool]] = {
     "peer_ranges": attrgetter("has_peers"),
     "modem_lines": lambda scenario: scenario.modems is not None,
 }
-# Columns that only missions have in which frames are acknowledged, repeated or relayed.
+# Columns that only missions with acknowledged, repeated or relayed frames have.
 FURTHER: dict[str, type] = {"fixes": FixService}
 TABLES = (*ROWS, "mission")
 
@@ -101,8 +99,9 @@ def _field(name: str, kind: pa.DataType, unit: str, meaning: str) -> pa.Field:
 
 
 def schema(table: str, columns: Collection[str] | None = ()) -> pa.Schema:
-    """Return the Arrow schema of a table, each field with unit, meaning and frame; with those
-    columns that only some missions have that are `columns`, None: with all of them.
+    """Return the Arrow schema of a table, each field with unit, meaning and frame.
+
+    Of the columns that only some missions have, it has those in `columns`; all if that is None.
     """
     row = FURTHER.get(table)
     if row is None or (columns is not None and not columns):
@@ -132,7 +131,7 @@ def _described(column: "Field[Any]", kind: pa.DataType, prefix: str = "") -> pa.
 
 
 def _worst(column: "Field[Any]") -> tuple[pa.Field, pa.Field]:
-    """Return the two columns of a metric's worst AUV."""
+    """Return two fields of a metric: the worst AUV's value, and that AUV's name."""
     name, unit, meaning = column.name, column.metadata["unit"], column.metadata["meaning"]
     which = "null where the AUV named beside it has none"
     return (
@@ -149,7 +148,7 @@ def never_null(table: str) -> frozenset[str]:
 
 
 def mission_numbers() -> list[str]:
-    """Return the metrics of a mission that are numbers: all but the names of AUVs."""
+    """Return the numeric metrics of a mission: all columns but the names of AUVs."""
     return [field.name for field in schema("mission") if field.type != pa.string()]
 
 

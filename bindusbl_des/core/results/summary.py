@@ -1,4 +1,4 @@
-"""A mission in a table for the terminal, and in words where a table would hide it."""
+"""The summary of a mission for a terminal: a table, and sentences beside it."""
 
 from collections.abc import Callable, Iterator, Sequence
 from textwrap import wrap
@@ -20,19 +20,19 @@ COLUMNS = (
     Shown("no fixes", "m", "imu_error_m", 2),
 )
 
-# A larger fleet shows its first AUVs, and between which values all of them lie.
+# A fleet with more AUVs shows the first ones, and the least and largest value of all.
 MOST_ROWS, FIRST_ROWS = 20, 10
-# The report has all of the advice, a terminal the best of it, in lines of its width.
+# A terminal shows the best of the advice, in lines of its width; the report has all.
 MOST_ADVICE, WIDTH = 4, 80
 
 
 def summary(
     auvs: Sequence[Row], mission: Row, advice: Advice | None = None, broken: str = ""
 ) -> str:
-    """Return what a mission achieved: first what is wrong with its fixes, the table, the advice.
+    """Return the summary of a mission: harm done by its fixes, the table of metrics, the advice.
 
     Take the metrics of each AUV and of the mission by their names; None is not known.  `broken`
-    says what broke its schedule, if anything.
+    describes violations of its schedule, if any.
     """
     harm = [line for text in harm_text(auvs, advice) for line in wrap(text, WIDTH)]
     table = "\n".join([summary_table(auvs, mission), *wrap(broken, WIDTH)])
@@ -43,7 +43,7 @@ def summary(
 def summary_table(auvs: Sequence[Row], mission: Row) -> str:
     """Return a table with a row per AUV, the fleet's mean and its worst AUV, units below headings.
 
-    A large fleet has the rows of its first AUVs, and least, mean and largest values of all.
+    A large fleet has rows of its first AUVs, and the least, mean and largest values of all.
     """
     is_large = len(auvs) > MOST_ROWS
     shown = auvs[: FIRST_ROWS if is_large else MOST_ROWS]
@@ -100,7 +100,7 @@ def _row(name: str, metrics: Row) -> tuple[str, ...]:
 
 
 def _advice(advice: Advice | None) -> Iterator[str]:
-    """Yield lines on what would help, none longer than a terminal is wide."""
+    """Yield lines on the changes that would help, none wider than a terminal."""
     if advice is None:
         return
     if advice.shortage:

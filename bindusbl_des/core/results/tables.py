@@ -1,4 +1,4 @@
-"""Tables of a mission: what was recorded, as Arrow tables whose columns say what they are."""
+"""Tables of a mission: the recorded rows as Arrow tables, with unit and meaning of each column."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
@@ -18,7 +18,7 @@ from .schemas import VEHICLES, schema
 WORD = 8  # bytes of a number
 FLOAT, TEXT = str(pa.float64()), str(pa.string())
 
-# So many rows become columns at a time: of large fleets the tracks are all there twice otherwise.
+# Rows converted at a time, so that memory does not hold the tracks of a large fleet twice.
 BLOCK = 65_536
 
 Columns = Mapping[str, NDArray[Any]]
@@ -27,10 +27,10 @@ Columns = Mapping[str, NDArray[Any]]
 def from_numbers(
     table: str, rows: Rows, own: Columns | None = None, words: Sequence[str] = WORDS
 ) -> pa.Table:
-    """Return the rows of a buffer, of numbers, as an Arrow table.
+    """Return recorded rows, all numbers, as an Arrow table.
 
-    `own` has columns that the buffer lacks.  Vehicles have their names; in other columns of text
-    numbers count in `words`.  NaN and NONE become null.
+    `own` has columns that the rows lack.  A vehicle's number becomes its name; a number in any
+    other text column is an index in `words`.  NaN and NONE become null.
     """
     batches = []
     for begin in range(0, max(len(rows), 1), BLOCK):
@@ -41,7 +41,7 @@ def from_numbers(
 
 
 def _batch(table: str, rows: Rows, own: Columns, words: Sequence[str]) -> pa.RecordBatch:
-    """Return rows as :func:`from_numbers` does, as one batch."""
+    """Return one batch of the rows of :func:`from_numbers`."""
     count, kinds = len(rows), _kinds(table)
     recorded: Any = np.ascontiguousarray(rows).view(np.int64)
     recorded = recorded.reshape(count, rows.dtype.itemsize // WORD)
@@ -64,8 +64,10 @@ def _batch(table: str, rows: Rows, own: Columns, words: Sequence[str]) -> pa.Rec
 
 
 def _spelt(codes: Ints, prefixes: Iterable[str], words: Sequence[str]) -> pa.Array:
-    """Return columns of text, one behind the other, by the numbers (k, n) of their words or, with a
-    prefix, vehicles.
+    """Return text columns, one after the other, from numbers (k, n).
+
+    Numbers are indices in `words`, or, in a column with a prefix, of vehicles, whose names begin
+    with it.
     """
     known, vehicles = list(words), range(codes.max(initial=NONE) + 1)
     begins = {"": 0}
@@ -77,7 +79,7 @@ def _spelt(codes: Ints, prefixes: Iterable[str], words: Sequence[str]) -> pa.Arr
 
 
 def from_rows(table: str, rows: Sequence[Any]) -> pa.Table:
-    """Return the rows of a table, objects with its columns, as an Arrow table; None becomes null.
+    """Return rows, objects with a table's columns, as an Arrow table; None becomes null.
 
     Vehicles are numbers.
     """
@@ -92,12 +94,12 @@ def from_row(table: str, row: Mapping[str, Any]) -> pa.Table:
 
 
 def numbers_of(table: str, rows: Sequence[Any]) -> Rows:
-    """Return the rows of a table without words as :func:`from_numbers` takes them."""
+    """Return rows of a table without words as numbers, as :func:`from_numbers` takes them."""
     return _numbered(table, list(map(attrgetter(*_kinds(table)), rows)))[0]
 
 
 def _numbered(table: str, rows: Sequence[tuple[Any, ...]]) -> tuple[Rows, list[str]]:
-    """Return rows as numbers, and the words that some of these count in, as they come up."""
+    """Return rows as numbers, and the words of text columns in the order of their first use."""
     words, texts = dict[str, int](), _texts(table)
     columns: list[Sequence[Any]] = list(zip(*rows, strict=True))
     for place, kind in enumerate(_kinds(table).values() if rows else ()):
@@ -119,14 +121,14 @@ def _kinds(table: str) -> dict[str, str]:
 
 @cache
 def _row_type(table: str) -> np.dtype[np.void]:
-    """Return the record of a table's rows, names and words as numbers."""
+    """Return the record type of a table's rows, in which names and words are numbers."""
     kinds = _kinds(table).items()
     return np.dtype([(name, "f8" if kind == FLOAT else "i8") for name, kind in kinds])
 
 
 @cache
 def _places(table: str, recorded: np.dtype[np.void]) -> tuple[Ints, list[tuple[int, str]]]:
-    """Return where in a record a table's columns are; and those that it lacks, by their places."""
+    """Return the offset, in words, of each column in a recorded row; and the columns it lacks."""
     offsets = {name: offset for name, (_, offset, *_) in (recorded.fields or {}).items()}
     lacking = [(place, name) for place, name in enumerate(_kinds(table)) if name not in offsets]
     return np.array([offsets.get(name, 0) // WORD for name in _kinds(table)]), lacking
@@ -134,7 +136,7 @@ def _places(table: str, recorded: np.dtype[np.void]) -> tuple[Ints, list[tuple[i
 
 @cache
 def _texts(table: str) -> dict[int, str]:
-    """Return the places of columns of text, and what names of vehicles begin with; "": words."""
+    """Return the text columns by index, with the prefix of a vehicle's name, or "" for words."""
     return {
         place: VEHICLES.get(name, "AUV" if name.endswith("_auv") else "")
         for place, (name, kind) in enumerate(_kinds(table).items())

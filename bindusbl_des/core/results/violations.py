@@ -1,4 +1,4 @@
-"""What broke a schedule in a mission: how often signals of it overlapped, and where first."""
+"""Violations of a mission's schedule: how many of its signals were destroyed, and the first."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -16,7 +16,8 @@ class Violation:
     """A signal that others destroyed at its receiver, at an instant (s): a ping of a slot, a call
     for one, or a frame of fixes (no slot: None).
 
-    `others` are who sent what overlapped it; empty where it was an echo, or is not known.
+    `others` are the senders of the signals that overlapped it; empty where it was an echo, or they
+    are not known.
     """
 
     kind: Literal["ping", "call", "frame"]
@@ -39,14 +40,14 @@ class Violation:
 
 @dataclass(frozen=True)
 class Violations:
-    """How many signals of a schedule others destroyed, and the first; None where none were."""
+    """The number of signals of a schedule that others destroyed, and the first of them, if any."""
 
     count: Number
     first: Violation | None
 
     @property
     def text(self) -> str:
-        """The violations in a sentence, empty where there are none."""
+        """The violations in a sentence; empty if there is none."""
         if self.first is None:
             return ""
         often = f"{counted(self.count, 'time')}, first" if self.count > 1 else "once,"
@@ -58,16 +59,16 @@ class Violations:
 
 
 def violations_in(data: Any) -> Violations | None:
-    """Return the violations of plain data, None where it is None: the mission had no schedule.
+    """Return the violations in plain data; None where that is None: the mission had no schedule.
 
     Raises:
-        ValueError: when it is something else.
+        ValueError: when the data are something else.
     """
     return TypeAdapter(Violations | None).validate_json(json.dumps(data), strict=True)
 
 
 def is_violations(data: Any) -> bool:
-    """Tell whether plain data is what violations are written as."""
+    """Return whether plain data are violations as they are written."""
     try:
         violations_in(data)
     except ValueError:
