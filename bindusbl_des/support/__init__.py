@@ -1,1 +1,1 @@
-"""What every room uses: compiled equations, clocks, random streams, durable files, words."""
+"""Shared tools: compiled equations, clocks, random streams, durable files, wording."""

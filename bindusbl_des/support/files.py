@@ -1,4 +1,4 @@
-"""Files: those of strangers read with distrust, ours written whole or not at all."""
+"""Files: foreign ones are read with distrust, our own are written whole or not at all."""
 
 import codecs
 import errno
@@ -16,7 +16,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
-# Files of strangers are read only where they are files, of a size that can be held.
+# Foreign files: only regular files are read, and only up to a size that fits into memory.
 
 
 Name = TypeVar("Name", str, Path, str | Path)
@@ -28,11 +28,11 @@ MOST_BYTES = 512 * 1024**2
 def regular(path: Name, most: int | None = MOST_BYTES) -> Name:
     """Return a path whose file can be opened and read to its end.
 
-    A device or a pipe has none, or waits for somebody to write.
+    A device may have no end, and a pipe may wait for a writer for ever.
 
     Raises:
-        OSError: when it is missing, no regular file (a folder: as `open` tells it), or larger than
-            so many bytes (None: of any size).
+        OSError: when it is missing, no regular file (a folder: as `open` raises it), or larger
+            than `most` bytes (None: of any size).
     """
     found = os.stat(path)
     if stat.S_ISDIR(found.st_mode):
@@ -46,22 +46,22 @@ def regular(path: Name, most: int | None = MOST_BYTES) -> Name:
 
 
 def unreadable(path: Name, error: PermissionError) -> str:
-    """Return what to tell of a file or folder that the user may not read."""
+    """Return a message about a file or folder that the user has no permission to read."""
     return f"{path} cannot be read ({error.strerror}); ask its owner for the right to"
 
 
-# JSON files read with distrust: of bounded size and depth, and with nothing that is no JSON.
+# JSON files, read with distrust: their size and depth are bounded, extensions of JSON refused.
 
 
-# A scenario file has at most 1 MB; spelt out, with all its defaults and warnings, some times that.
+# A scenario file has at most 1 MB; with all its defaults and warnings it is a few times as long.
 LARGEST_FILE = 32_000_000
 
-# The key of a file's own checksum.
+# The key of a file's checksum of itself.
 SEAL = "sha256"
 
 
 def read_json(path: Path, most: int = LARGEST_FILE) -> Any:
-    """Return what a JSON file holds.
+    """Return the data of a JSON file.
 
     Raises:
         OSError: when it cannot be read.
@@ -87,26 +87,26 @@ def _refused(name: str) -> NoReturn:
 
 
 def sealed(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a JSON file shall hold, with the checksum of all of it (`sha256`) at its end."""
+    """Return the data of a JSON file with a checksum of the rest (`sha256`) as last key."""
     data = {key: data[key] for key in data if key != SEAL}
     return {**data, SEAL: hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()}
 
 
 def check_seal(data: Mapping[str, Any]) -> None:
-    """Refuse what does not have its own checksum; files of earlier versions have none.
+    """Refuse data whose checksum is wrong; data without one, of earlier versions, pass.
 
     Raises:
-        ValueError: when it has another.
+        ValueError: when the checksum is wrong.
     """
     if SEAL in data and data[SEAL] != sealed(data)[SEAL]:
         raise ValueError("its own SHA-256 is another")
 
 
-# Text, in whichever of the encodings that programs save it in.
+# Text, in any of the encodings in which programs save it.
 
 
 def text_of(raw: bytes) -> str:
-    """Return the text of a file: UTF-8 or UTF-16 with a mark, UTF-8 without, or else Windows-1252.
+    """Return the text of a file in UTF-8, in UTF-16 with a byte order mark, or in Windows-1252.
 
     Raises:
         UnicodeDecodeError: when it is none of these.
@@ -119,24 +119,24 @@ def text_of(raw: bytes) -> str:
         return raw.decode("cp1252")
 
 
-# Files that are there whole or not at all, and that follow no link of a stranger's folder.
+# Our own files: written whole or not at all, never through a link in a foreign folder.
 
 
-# What a draft is called until it takes its file's name: hidden, and known to whoever clears up.
+# Ending of a draft, which is hidden until it takes its file's name; `clear_killed` looks for it.
 DRAFT = ".draft"
 
 
 @contextmanager
 def draft_of(path: Path, *, replace: bool = True) -> Iterator[Path]:
-    """Yield a new file beside `path` to be written; at the end it is synced and takes its name.
+    """Yield a new file beside `path` to be written; at the end it is synced and renamed to `path`.
 
-    The draft has a name that nobody can foretell, so that no symbolic link awaits it; a link at
-    `path` itself is replaced, not followed.  Whatever goes wrong, no draft stays.
+    The draft's name is random, so no symbolic link can await it; a link at `path` itself is
+    replaced, not followed.  The draft is removed if anything fails.
 
     Raises:
-        FileExistsError: when `path` is there at the end, and not to be replaced.
+        FileExistsError: when `path` exists at the end, and is not to be replaced.
         IsADirectoryError: when it is a folder.
-        FileNotFoundError: when the folder that it lies in is not there.
+        FileNotFoundError: when its folder does not exist.
         OSError: when that cannot be written to, or is full.
     """
     if path.is_dir():
@@ -150,23 +150,23 @@ def draft_of(path: Path, *, replace: bool = True) -> Iterator[Path]:
         yield draft
         draft.chmod(0o666 & ~_umask())
         sync(draft)
-        if not replace:  # an empty file of our own keeps the name free until the draft has it
+        if not replace:  # an empty file reserves the name until the draft takes it
             os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
         os.replace(draft, path)
         sync(path.parent)
     except OSError as error:
         if error.errno is not None and error.filename is None:
-            error.filename = str(path)  # a disk that is full does not say of what
+            error.filename = str(path)  # the error of a full disk names no file
         raise
     finally:
         draft.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str, *, replace: bool = True) -> None:
-    """Write a text file in UTF-8, all of it or nothing.
+    """Write a text file in UTF-8, whole or not at all.
 
     Raises:
-        FileExistsError: when it is there, and not to be replaced.
+        FileExistsError: when it exists, and is not to be replaced.
         OSError: when the folder cannot be written to, or is full.
     """
     with draft_of(path, replace=replace) as draft:
@@ -174,7 +174,7 @@ def write_text(path: Path, text: str, *, replace: bool = True) -> None:
 
 
 def sync(path: Path) -> None:
-    """Have the operating system put a file or folder on its disk before going on.
+    """Wait until the operating system has written a file or folder to its disk.
 
     Raises:
         OSError: when the disk is full or broken.
@@ -194,39 +194,39 @@ def _umask() -> int:
     return mask
 
 
-# Folders that are there whole or not at all, and that replace nothing but what is ours.
+# Our own folders: written whole or not at all; they replace only folders of our own.
 #
-# A folder is filled in a workshop beside its name: a hidden folder that nobody can foretell. Its
-# name is taken by making an empty folder, which fails where anything is, and by renaming the full
-# one onto it, which fails where something has come into it: so nothing is ever replaced unasked,
-# on any POSIX system.
+# A folder is filled in a workshop beside it: a hidden folder with a random name. Then an empty
+# folder reserves the name, which fails where anything has it; and the full folder is renamed onto
+# it, which fails where the empty one was filled meanwhile. So nothing is replaced unasked, on any
+# POSIX system.
 
 
-# Tells why a folder (or what stands in its place) is not ours to replace; None if it is.
+# Returns why a folder (or what has its name) must not be replaced; None if it may be.
 Objection = Callable[[Path], str | None]
 
-# In a workshop: the new folder, the earlier one on its way out, and later when it is replaced; the
-# machine that works there.
+# In a workshop: the new folder; the earlier folder while it is moved out, and once it is replaced;
+# a file with the name of the machine.
 NEW, OLD, REPLACED, HOST = "new", "old", "replaced", "host"
 
-# What renaming onto a folder that is not empty ends with.
+# Errors of renaming onto a folder that is not empty.
 FILLED = (errno.EEXIST, errno.ENOTEMPTY)
 
 
 class FolderTaken(FileExistsError):
-    """A folder's name is taken; the message says by what, and where the new one is, if any."""
+    """A folder's name is taken; the message says why, and the new folder's name, if it has one."""
 
 
 @contextmanager
 def folder_draft(folder: Path, objection: Objection, *, force: bool = False) -> Iterator[Path]:
-    """Yield an empty folder to be filled; at the end it is synced and takes the name `folder`.
+    """Yield an empty folder to be filled; at the end it is synced and renamed to `folder`.
 
-    By force an earlier folder gives way if there is no `objection` to that.  If the name was taken
-    meanwhile, the new folder is kept beside it (`folder-2`).  Whatever goes wrong before, nothing
-    of it stays, and an earlier folder is as it was.  What killed processes left goes first.
+    With `force` an earlier folder is replaced if there is no `objection`.  If the name was taken
+    meanwhile, the new folder stays beside it (`folder-2`).  On an error the new folder is removed,
+    and an earlier one left as it was.  Remains of killed processes are cleared first.
 
     Raises:
-        FolderTaken: at once, when the name cannot be taken; at the end, naming where it went.
+        FolderTaken: at once, when the name cannot be taken; at the end, naming the other folder.
         OSError: when it cannot be written, or the disk is full.
     """
     clear_killed(folder)
@@ -244,7 +244,7 @@ def folder_draft(folder: Path, objection: Objection, *, force: bool = False) -> 
                 sync(path)
             place, why = _place(workshop, folder, objection, force=force)
     finally:
-        for parent in missing:  # the innermost first; those that hold something stay
+        for parent in missing:  # the innermost first; those that are not empty stay
             with suppress(OSError):
                 parent.rmdir()
     if place != folder:
@@ -255,14 +255,14 @@ def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
     """Return why a folder's name cannot be taken; None if it can.
 
     Raises:
-        OSError: when no folder can have that name, or it cannot be looked at.
+        OSError: when no folder can have that name, or its status cannot be read.
     """
     if folder.name in ("", ".."):
         return "exists and has no name of its own; name another folder"
     try:
         mode = os.lstat(folder).st_mode
         objected = objection(folder) if force else None
-    except FileNotFoundError:  # or gone while it was looked at
+    except FileNotFoundError:  # or removed meanwhile
         return None
     except NotADirectoryError:
         above = next(parent for parent in folder.absolute().parents if parent.exists())
@@ -275,15 +275,15 @@ def refusal(folder: Path, objection: Objection, *, force: bool) -> str | None:
 
 
 def clear_killed(folder: Path) -> list[Path]:
-    """Remove what killed processes left of `folder`; return what may be of one that still runs.
+    """Clear workshops of `folder` left by killed processes; return those that may be in use.
 
-    The operating system frees the lock of a process that was killed; that of another machine
-    cannot be seen on every file system.  An earlier folder that was on its way out comes back.
+    The operating system frees the lock of a killed process, but a lock of another machine is not
+    visible on every file system.  An earlier folder that was being moved out is put back.
     """
     ours = re.compile(rf"{re.escape(_prefix(folder))}[a-z0-9_]{{8}}{re.escape(DRAFT)}")
     try:
         found = sorted(folder.parent.iterdir())
-    except OSError:  # not there, or not to be listed; whether it can be written shows by itself
+    except OSError:  # missing, or not to be listed; writing to it will tell
         return []
     left = [
         path
@@ -299,13 +299,15 @@ def _prefix(folder: Path) -> str:
 
 @contextmanager
 def _workshop(folder: Path) -> Iterator[Path]:
-    """Yield a locked folder beside `folder`; at the end it is gone."""
+    """Yield a new locked workshop for `folder`; remove it at the end."""
     made = tempfile.mkdtemp(prefix=_prefix(folder), suffix=DRAFT, dir=folder.parent)
     path = Path(made)
     try:
         lock = os.open(path, os.O_RDONLY)
         try:
-            with suppress(OSError):  # file systems without locks: nobody clears up after us
+            with suppress(
+                OSError
+            ):  # file systems without locks: a killed process leaves its workshop
                 _lock(lock)
                 (path / HOST).write_text(socket.gethostname())
             yield path
@@ -318,32 +320,32 @@ def _workshop(folder: Path) -> Iterator[Path]:
 def _place(
     workshop: Path, folder: Path, objection: Objection, *, force: bool
 ) -> tuple[Path, str | None]:
-    """Give the new folder its name, or one beside it; return that, and why it is another."""
+    """Rename the new folder to `folder`, or beside it; return its path, and why it is another."""
     why = None
     if force:
         with suppress(FileNotFoundError):  # another process moved it aside just now
             why = _moved_aside(folder, workshop / OLD, objection)
     place = _settle(workshop / NEW, folder)
-    if (workshop / OLD).exists():  # replaced: it must not come back
+    if (workshop / OLD).exists():  # replaced: it must not be put back
         os.rename(workshop / OLD, workshop / REPLACED)
     sync(folder.parent)
     return place, why or "came to exist meanwhile"
 
 
 def _moved_aside(folder: Path, old: Path, objection: Objection) -> str | None:
-    """Move an earlier folder out of the way, or return why it stays."""
+    """Move an earlier folder into the workshop, or return why it stays."""
     why = refusal(folder, objection, force=True)
     if why or not os.path.lexists(folder):
         return why
     os.rename(folder, old)
-    why = objection(old)  # what came into it until it was moved
+    why = objection(old)  # to files that were added until it was moved
     if why:
         _settle(old, folder)
     return why
 
 
 def _settle(source: Path, folder: Path) -> Path:
-    """Rename a folder to a name that nothing has: `folder`, `folder-2`, ...; return it."""
+    """Rename a folder to the first free name of `folder`, `folder-2`, ...; return its path."""
     for number in count(1):
         place = folder if number == 1 else folder.with_name(f"{folder.name[:200]}-{number}")
         try:
@@ -362,14 +364,14 @@ def _settle(source: Path, folder: Path) -> Path:
 
 
 def _clear(workshop: Path, folder: Path) -> None:
-    """Remove a workshop; an earlier folder in it comes back where nothing has taken its place."""
+    """Remove a workshop; put an earlier folder in it back if its name is still free."""
     if (workshop / OLD).exists() and not os.path.lexists(folder):
         _settle(workshop / OLD, folder)
     shutil.rmtree(workshop, ignore_errors=True)
 
 
 def _cleared_if_dead(workshop: Path, folder: Path) -> bool:
-    """Clear a workshop whose process is gone; return whether it is known to be gone or to run."""
+    """Clear a workshop whose process has ended; return False where that is not known."""
     try:
         if (workshop / HOST).read_text() != socket.gethostname():
             return False
@@ -389,10 +391,10 @@ def _cleared_if_dead(workshop: Path, folder: Path) -> bool:
 
 
 def _lock(descriptor: int) -> None:
-    """Take the operating system's lock of a folder, which it frees when the process ends.
+    """Lock a folder; the operating system frees the lock when the process ends.
 
     Raises:
-        BlockingIOError: when another process has it.
+        BlockingIOError: when another process has the lock.
         OSError: when the file system has no locks.
     """
     import fcntl  # of POSIX alone; reading results works everywhere

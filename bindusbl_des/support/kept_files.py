@@ -1,8 +1,8 @@
-"""Files that a scenario names, known by what is in them, so that it means the same anywhere.
+"""Files that a scenario names, identified by their contents, so that it means the same anywhere.
 
-In memory a scenario names its files by their absolute paths.  Whatever is written or fingerprinted
-names them ``<folder>/<name>-<hash of the contents>.<ending>`` instead, such as
-``tracks/auv0-0123456789abcdef.csv``, and a folder of results takes along copies of that name.
+In memory a scenario names its files by their absolute paths.  Written or fingerprinted it names
+them ``<folder>/<name>-<hash of the contents>.<ending>`` instead, such as
+``tracks/auv0-0123456789abcdef.csv``; a folder of results has copies with these names.
 """
 
 import hashlib
@@ -21,10 +21,10 @@ from .plugins import is_plugin
 
 Way = tuple[str, ...]
 
-# What stands on a way for each item of a list
+# A step of a key's path that stands for each item of a list
 EACH = "*"
 
-# Where a scenario names files, and the folder that keeps their copies.
+# Paths of the keys that name files, and the folders of their copies.
 FILES: Mapping[Way, str] = {
     ("auvs", "route", "files"): "tracks",
     ("auvs", "groups", EACH, "route", "files"): "tracks",
@@ -41,17 +41,17 @@ FILES: Mapping[Way, str] = {
 }
 FOLDERS = frozenset(FILES.values())
 
-# What names that hold a hash look like.
+# The names of copies.
 KEPT = re.compile(rf"({'|'.join(sorted(FOLDERS))})/[\w.-]{{0,60}}-[0-9a-f]{{16}}(\.\w{{1,8}})?")
 
-# A file's new name, from its own and that of the folder which keeps its copy.
+# Returns a file's new name, given its name and the folder of its copy.
 Change = Callable[[str, str], str]
 
 
 def kept_name(file: str, folder: str) -> str:
-    """Return the name of a file's copy below a folder such as `tracks`, which tells its contents.
+    """Return the name of a file's copy in a folder such as `tracks`, with a hash of its contents.
 
-    A file that cannot be read keeps its own name, which is that of a copy if it is one.
+    A file that cannot be read keeps its name, which may be that of a copy.
     """
     path = Path(file)
     try:
@@ -78,7 +78,7 @@ BESIDE = (".shx", ".dbf", ".prj", ".cpg")
 
 
 def members(path: Path) -> list[Path]:
-    """Return the files that belong to a file: itself, and of a shapefile those beside it."""
+    """Return a file, and for a shapefile the files that belong to it."""
     if path.suffix.lower() != SHAPEFILE:
         return [path]
     cases = [(path.with_suffix(part), path.with_suffix(part.upper())) for part in BESIDE]
@@ -86,7 +86,7 @@ def members(path: Path) -> list[Path]:
 
 
 def contents_of(path: Path) -> bytes:
-    """Return what a copy of a file holds.
+    """Return the contents of a file's copy.
 
     Raises:
         OSError: when it cannot be read.
@@ -95,23 +95,23 @@ def contents_of(path: Path) -> bytes:
         return path.read_bytes()
     packed = BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
-        for member in members(path):  # without the time of day, so that the same is the same
+        for member in members(path):  # without times, so that equal contents have equal hashes
             archive.writestr(ZipInfo(f"{path.stem}{member.suffix.lower()}"), member.read_bytes())
     return packed.getvalue()
 
 
 def portable(data: Any) -> Any:
-    """Return the data of a scenario, its files named by their contents."""
+    """Return the data of a scenario with its files named as their copies."""
     return renamed(data, kept_name)
 
 
 def placed(data: Any, folder: str | Path) -> Any:
-    """Return the data of a scenario, the names of its files made absolute in a folder."""
+    """Return the data of a scenario with the names of its files made absolute, from a folder."""
     return renamed(data, lambda name, _: str((Path(folder) / name).resolve()))
 
 
 def _named(data: Any) -> list[tuple[str, str]]:
-    """Return the files that the data of a scenario names, each with the folder of its copy."""
+    """Return the files that the data of a scenario name, each with the folder of its copy."""
     found: list[tuple[str, str]] = []
 
     def note(name: str, folder: str) -> str:
@@ -123,24 +123,24 @@ def _named(data: Any) -> list[tuple[str, str]]:
 
 
 def named_files(data: Any) -> list[str]:
-    """Return the files that the data of a scenario names, as they are written there."""
+    """Return the files that the data of a scenario name, as they are written there."""
     return [name for name, _ in _named(data)]
 
 
 def copies_of(data: Any) -> dict[str, str]:
-    """Return the files that the data of a scenario names, each by the name of its copy."""
+    """Return the files that the data of a scenario name, by the names of their copies."""
     return {kept_name(name, folder): name for name, folder in _named(data)}
 
 
 def renamed(data: Any, change: Change) -> Any:
-    """Return the data of a scenario in which its files have other names."""
+    """Return the data of a scenario with `change` applied to the names of its files."""
     for way, folder in FILES.items():
         data = _renamed(data, change, way, folder)
     return data
 
 
 def renamed_point(point: Mapping[str, Any], change: Change) -> dict[str, Any]:
-    """Return dotted keys and their values, in which files have other names."""
+    """Return dotted keys and their values with `change` applied to the names of files."""
     changed = dict(point)
     for key in point:
         for way, folder in FILES.items():
@@ -151,7 +151,7 @@ def renamed_point(point: Mapping[str, Any], change: Change) -> dict[str, Any]:
 
 
 def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
-    """Return data in which files have other names; `below` is the way to them."""
+    """Return data with `change` applied to the names of files at the path `below`."""
     if not below:
         items = data if isinstance(data, list | tuple) else [data]
         usable = [isinstance(item, str) and "\0" not in item for item in items]
@@ -167,13 +167,13 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
 
 
 def is_own(part: Mapping[str, Any]) -> bool:
-    """Tell whether data chooses a part of somebody's own, whose settings say what they please."""
+    """Return whether data choose a user-defined part, whose settings may have any meaning."""
     model = part.get("model")
     return isinstance(model, str) and is_plugin(model)
 
 
 def names_files(key: str) -> bool:
-    """Tell whether a dotted key holds, or may hold, names of files.
+    """Return whether a dotted key, or a key below it, names files.
 
     >>> [names_files(key) for key in ("auvs.route", "auvs.route.files.0", "auvs.count")]
     [True, True, False]
@@ -183,7 +183,7 @@ def names_files(key: str) -> bool:
 
 @lru_cache(maxsize=1024)
 def _below(key: str, way: Way) -> Way | None:
-    """Return the rest of a way from what a dotted key holds, None where the key is not on it."""
+    """Return the rest of a key's path `way` below a dotted key; None where the key is not on it."""
     parts = key.split(".")
     pairs = zip(parts, way, strict=False)
     is_on = all(part == step or (step == EACH and part.isdigit()) for part, step in pairs)
@@ -191,7 +191,7 @@ def _below(key: str, way: Way) -> Way | None:
 
 
 def keep(copies: Mapping[str, str], folder: Path) -> None:
-    """Copy files into a folder, each under the name of its contents, which is its key.
+    """Copy files into a folder; `copies` has the files by the names of their copies.
 
     Raises:
         ValueError: when a file is changed meanwhile.
@@ -208,7 +208,7 @@ def keep(copies: Mapping[str, str], folder: Path) -> None:
 
 
 def check_kept(names: list[str], folder: Path) -> None:
-    """Refuse copies in a folder that are no longer what their names say.
+    """Refuse copies in a folder whose contents do not match the hashes in their names.
 
     Raises:
         ValueError: naming the file.

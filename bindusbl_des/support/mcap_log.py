@@ -1,4 +1,4 @@
-"""An MCAP file that is being written, whatever its messages are."""
+"""An MCAP file that is being written, with messages of any kind."""
 
 import errno
 from collections import Counter
@@ -12,10 +12,10 @@ from foxglove.mcap import MCAPWriteOptions
 
 
 class McapLog:
-    """A file with a channel for each topic; on one topic log times rise by `apart_ns` at least."""
+    """A file with a channel for each topic, whose log times are at least `apart_ns` apart."""
 
     def __init__(self, path: Path, options: MCAPWriteOptions, apart_ns: int) -> None:
-        # A context of our own: no other sink of this process hears of the mission.
+        # A separate context: other sinks of this process do not get these messages.
         context = Context()
         self.file: Any = foxglove.open_mcap(
             path, allow_overwrite=True, context=context, writer_options=options
@@ -23,11 +23,11 @@ class McapLog:
         self._context, self._apart_ns = context, apart_ns
         self._channels: dict[str, Channel] = {}
         self._latest: dict[str, int] = {}
-        #: How many messages are on each topic.
+        #: The number of messages of each topic.
         self.counts: Counter[str] = Counter()
 
     def write(self, topic: str, at_ns: int, data: Any, begin: Callable[..., Channel]) -> None:
-        """Write a message; `begin` makes the channel of a topic, in a context."""
+        """Write a message; `begin(topic, context=...)` makes the channel of a new topic."""
         if topic not in self._channels:
             self._channels[topic] = begin(topic, context=self._context)
             self._latest[topic] = -self._apart_ns
@@ -36,7 +36,7 @@ class McapLog:
         self._channels[topic].log(data, log_time=self._latest[topic])
 
     def close(self) -> None:
-        """End the file, so that it can be played.
+        """End the file, so that players can open it.
 
         Raises:
             OSError: when the disk is full.
@@ -48,5 +48,5 @@ class McapLog:
         if done is not None:
             try:
                 done.close()
-            except RuntimeError as error:  # what could not be written before is told here alone
+            except RuntimeError as error:  # the only report of earlier failures to write
                 raise OSError(errno.EIO, f"is the disk full? {error}") from error

@@ -1,4 +1,4 @@
-"""What is wrong with a file that somebody wrote, and where: one line for each mistake."""
+"""Mistakes in a file that a user wrote, one line for each, with its place."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from .wording import printable
 
 
 class Problem(NamedTuple):
-    """A contradiction: the key it is told at, what is wrong, and the other keys that lead to it."""
+    """A contradiction between keys: the key at which it is reported, a message, the other keys."""
 
     key: str
     message: str
@@ -16,7 +16,7 @@ class Problem(NamedTuple):
 
 
 class ScenarioWarning(Problem):
-    """A warning about a key: the key, what it warns of, and the keys behind it."""
+    """A warning about a key: the key, the message, and the keys that lead to it."""
 
     def __str__(self) -> str:
         return f"{self.key}: {self.message}"
@@ -24,7 +24,7 @@ class ScenarioWarning(Problem):
 
 @dataclass(frozen=True)
 class FilePlace:
-    """A place in a file, counted from 1; line 0 is the file as a whole (or a ``--set`` option)."""
+    """A position in a file, counted from 1; line 0 means the whole file (or a ``--set`` option)."""
 
     file: str
     line: int = 0
@@ -33,7 +33,7 @@ class FilePlace:
 
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake: where it stands, the dotted key it concerns ("" for none), what to do."""
+    """One mistake: its position, its dotted key ("" for none), and a message with a remedy."""
 
     file: str
     line: int
@@ -43,7 +43,7 @@ class Mistake:
 
     @classmethod
     def at(cls, place: FilePlace, key: str, message: str) -> "Mistake":
-        """Return the mistake at a place; a file or option with control characters is escaped."""
+        """Return the mistake at a position; control characters in names are escaped."""
         return cls(printable(place.file), place.line, place.column, printable(key), message)
 
     def __str__(self) -> str:
@@ -52,7 +52,7 @@ class Mistake:
 
 
 class ScenarioError(ValueError):
-    """A scenario file cannot be used; `mistakes` lists everything that is wrong with it."""
+    """A scenario file cannot be used; `mistakes` lists all its mistakes."""
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes = list(mistakes)

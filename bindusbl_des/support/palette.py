@@ -1,9 +1,9 @@
-"""The colours in which results are drawn, in figures, pages and exported scenes: one meaning each.
+"""The colours of results in figures, pages and exported scenes: each has one meaning.
 
-Hues belong to AUVs, amber to the MF downlink, red to collisions, greys to all that is about them.
-The names of AUVs are written in their colours, which therefore have a contrast of at least 4.5 : 1
-on their ground (WCAG 2.2, 1.4.3); the first of them differ by lightness too, for eyes that do not
-tell all hues apart.
+Hues belong to AUVs, amber to the MF downlink, red to collisions, greys to the surroundings.  AUVs'
+names are written in their colours, which therefore have a contrast of at least 4.5 : 1 on their
+ground (WCAG 2.2, 1.4.3); the first ones differ in lightness, too, for readers who cannot tell all
+hues apart.
 """
 
 # AUV0, AUV1, ... on white
@@ -13,7 +13,7 @@ COLOURS = (
 INK, FAINT, PLANNED, HF = "#333333", "#d8d8d8", "#9aa5af", "#6f7d8a"
 MF, ALARM = "#b97f00", "#d01030"
 
-# The same on a dark ground, as pages and viewers have it
+# The same on the dark ground of pages and viewers
 COLOURS_ON_DARK = (
     "#4b9cff", "#ff9b78", "#2fe0a2", "#ffaaec", "#a57cd2", "#3cd6f5", "#d6963b", "#d6fc07",
 )  # fmt: skip
@@ -24,14 +24,14 @@ SHADES = (
     "#00224e", "#1a345d", "#35456c", "#4e576e", "#666970", "#7d7c74",
     "#948e77", "#aea36e", "#c8b866", "#e3d04f", "#fee838",
 )  # fmt: skip
-# On the first of them one writes in white: each reaches 4.5 : 1.
+# The first shades have white text on them, with a contrast of 4.5 : 1.
 WHITE_ON = 5
 
 
 def variables() -> str:
-    """Return the colours as variables of a style sheet: `--c0` and so on, for either theme.
+    """Return the colours as variables of a style sheet (`--c0`, ...), for a light and a dark theme.
 
-    Also classes `shade0` to `shade10`, whose ground is a shade.
+    Also the classes `shade0` to `shade10`, whose ground is a shade.
     """
     shades = "".join(
         f".shade{number} {{ background: {code}; color: #{'fff' if number < WHITE_ON else '000'}; }}"

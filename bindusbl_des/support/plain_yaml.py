@@ -1,10 +1,10 @@
-"""YAML read as plain data, with the place of every key: no tags, no anchors, nothing guessed.
+"""YAML read as plain data, with the position of every key: no tags, no anchors, no guessing.
 
-PyYAML by itself resolves `on`, `12:30` and dates to surprising values, lets a repeated key win
-silently and can be made to build objects.  Here its parser's events are turned into dicts, lists
-and the scalars of YAML 1.2: what is not null, true, false or a decimal number stays text.  Since
-aliases are refused and never followed, a file costs no more than its length.  What breaks the
-grammar is told in plain words in place of the parser's.
+PyYAML by itself resolves `on`, `12:30` and dates to surprising values, accepts repeated keys
+silently and can be made to build objects.  Here the events of its parser become dicts, lists and
+the scalars of YAML 1.2: a word that is not null, true, false or a decimal number stays text.
+Aliases are refused, so the cost of a file is proportional to its length.  Errors of syntax are
+explained in plain words.
 """
 
 import re
@@ -19,7 +19,7 @@ from .mistakes import FilePlace, Mistake, Problem, ScenarioError
 from .plain_data import Path, dotted, path_of
 from .wording import shortened
 
-# What the parsers (libyaml, PyYAML) say, and what it means to the author of the file.
+# Messages of the parsers (libyaml, PyYAML), and what they mean to the author of the file.
 _PROBLEMS = {
     "mapping values are not allowed": "a ':' where none can be; check the indentation and the line "
     "above, or put text that holds ': ' in quotes",
@@ -39,7 +39,7 @@ _PROBLEMS = {
 
 
 def syntax_mistake(error: yaml.YAMLError, text: str, file: str) -> tuple[FilePlace, str]:
-    """Return where YAML's grammar was broken and, in plain words, how."""
+    """Return the position of a syntax error in YAML, and a message in plain words."""
     if isinstance(error, yaml.reader.ReaderError):
         before = text[: error.position]
         column = error.position - before.rfind("\n")
@@ -84,7 +84,7 @@ WORDS = {
 
 
 def scalar(text: str) -> Any:
-    """Return what an unquoted word means in YAML 1.2, or the word itself.
+    """Return the value of an unquoted word in YAML 1.2: a number, a truth value, None or text.
 
     >>> scalar("1e3"), scalar("12:30"), scalar("on"), scalar("~")
     (1000.0, '12:30', 'on', None)
@@ -102,10 +102,10 @@ def scalar(text: str) -> Any:
 
 @dataclass
 class Document:
-    """The data of a YAML text, where each key and value stands, and what was wrong with it.
+    """The data of a YAML text, the position of each key and value, and its mistakes.
 
-    `warnings` are of what is right, and spelt otherwise now.
-    `unsettled` are the paths whose values could not be taken over as the author meant them.
+    `warnings` are of valid keys that are spelt otherwise now. `unsettled` are paths whose values
+    are not in the data as the author meant them.
     """
 
     file: str
@@ -117,7 +117,7 @@ class Document:
     unsettled: set[Path] = field(default_factory=set)
 
     def place(self, path: Path, at_key: bool = False) -> FilePlace:
-        """Return where a path stands, or the section that it is missing from."""
+        """Return the position of a path, or of the section in which it is missing."""
         places = self.keys if at_key else self.values
         for length in range(len(path), 0, -1):
             if path[:length] in places:
@@ -125,20 +125,18 @@ class Document:
         return self.keys.get((), FilePlace(self.file, 1, 1))
 
     def mistake(self, problem: Problem) -> Mistake:
-        """Return a problem at its key's place; where that is left to its default, at a key behind
-        it.
-        """
+        """Return a problem as a mistake at its key, or at another key of it that the file has."""
         paths = [path_of(key) for key in (problem.key, *problem.others)]
         at = self.place(next((path for path in paths if path in self.values), paths[0]))
         return Mistake.at(at, problem.key, problem.message)
 
     def report(self, place: FilePlace, path: Path, message: str) -> None:
-        """Note a mistake and that the value at its path is unsettled."""
+        """Add a mistake at a position, and mark the value at its path as unsettled."""
         self.mistakes.append(Mistake.at(place, dotted(path), message))
         self.unsettled.add(path)
 
     def note(self, path: Path, message: str, at_key: bool = False) -> None:
-        """Note a mistake at the value of a path, or at its key; at the top where none is there."""
+        """Add a mistake at a path's value, or key; at the top of the file if that is missing."""
         places = self.keys if at_key else self.values
         self.report(places.get(path, FilePlace(self.file, 1, 1)), path, message)
 
@@ -148,7 +146,7 @@ class _Stop(Exception):
 
 
 class _Rejected:
-    """Stands for a value that is left out."""
+    """A placeholder for a value that is left out."""
 
 
 def read_text(path: str | FilePath) -> str:
@@ -180,11 +178,11 @@ def _failure(path: str | FilePath, message: str) -> ScenarioError:
 
 
 def read_yaml(text: str, file: str) -> Document:
-    """Return the data of a YAML text; its mistakes are in the document, none is raised."""
+    """Return the data of a YAML text; mistakes are in the document, none is raised."""
     document = Document(file)
     try:
         _Reader(document, text).read()
-    except UnicodeEncodeError as error:  # what a shell hands over need not be text
+    except UnicodeEncodeError as error:  # an argument of a shell need not be text
         message = f"not UTF-8 text ({text[error.start]!r} at {error.start})"
         document.mistakes.append(Mistake.at(FilePlace(file), "", message))
         document.data = None
@@ -257,7 +255,7 @@ class _Reader:
         items: list[Any] = []
         while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
             items.append(self._value(event, (*path, len(items))))
-        # A list that lacks an item would be blamed for its length, so it goes as a whole.
+        # A list without the rejected item would have a wrong length, so all of it is rejected.
         rejected = any(isinstance(item, _Rejected) for item in items)
         return _Rejected() if rejected else items
 

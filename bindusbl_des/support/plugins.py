@@ -1,10 +1,10 @@
-"""Parts of a mission that somebody else has written: named `module:object`, loaded with leave only.
+"""User-defined parts of a mission: named `module:object`, loaded only with permission.
 
-To import a module is to run it, so a scenario from a stranger must not choose what is imported.  A
-name is loaded once it is admitted: by ``--allow-plugins`` for the files of a command, by
-``load_scenario(..., allow_plugins=True)``, because its object was given in Python, or all of them
-by the environment variable `PERMISSION`.  Leave is the process's, as imported modules are; it is
-never kept in a file.
+Importing a module runs it, so a foreign scenario must not choose what is imported.  A name is
+loaded only if it was admitted: by ``--allow-plugins`` for the files of a command, by
+``load_scenario(..., allow_plugins=True)``, or because its object was given in Python; the
+environment variable `PERMISSION` admits all names.  Permission belongs to the process, as imported
+modules do; no file stores it.
 """
 
 import ast
@@ -38,17 +38,16 @@ from typing import (
 
 from .wording import LONGEST_ERROR, did_you_mean, printable, shortened
 
-# Set to 1, every plug-in that is named is loaded by whoever runs missions.
+# Set to 1, this environment variable admits every plug-in.
 PERMISSION = "BINDUSBL_ALLOW_PLUGINS"
 
-# How they are allowed.
+# How a user allows a plug-in.
 LEAVE = (
     f"Not loaded; if you trust it, use --allow-plugins or {PERMISSION}=1 (in Python "
     "load_scenario(..., allow_plugins=True), or give the object itself)"
 )
 
-# Names that may be loaded, and the parts that this process has by them; among them those that no
-# other process could find.
+# Admitted names; loaded parts by name; and parts that no other process could import.
 _admitted: set[str] = set()
 _loaded: dict[str, Any] = {}
 _here: dict[str, Any] = {}
@@ -60,14 +59,14 @@ Record = TypeVar("Record")
 
 @dataclass(frozen=True, eq=False)
 class Family(Generic[Record]):
-    """The parts that can be named at one key of the scenario.
+    """The parts that a scenario can name at one key.
 
-    `parts` ship: where each stands, as ``module:object`` of this package, or what it declares,
-    where other modules make it.  A user-defined one is called with `arguments`, and with its
-    settings by name, unless the family is not open to such; what it does not declare is as
-    `undeclared` has it.  The `common` settings, of which this is the model, every part has: the
-    simulator heeds them, and a user-defined part is not called with them.  Where the key is a
-    section, `word` is the one of its keys that names the part.
+    `parts` are shipped: each is ``module:object`` of this package, or its declarations, if other
+    modules make it.  If the family `is_open`, a part may be user-defined: it is called with
+    `arguments` and with its settings by name, and what it does not declare is as in `undeclared`.
+    Every part has the settings of the model `common`; the simulator applies them, and a
+    user-defined part does not get them.  Where the key is a section, `word` is the key in it that
+    names the part.
     """
 
     key: str
@@ -83,31 +82,31 @@ class Family(Generic[Record]):
 
     @property
     def name_key(self) -> str:
-        """The key at which a part is named."""
+        """The key that names a part."""
         return f"{self.key}.{self.word}" if self.word else self.key
 
     @cached_property
     def siblings(self) -> tuple[str, ...]:
-        """The names of the parts that ship."""
+        """The names of the shipped parts."""
         return tuple(self.parts)
 
     @cached_property
     def traits(self) -> dict[str, Record]:
-        """What each of them declares."""
+        """The declarations of each shipped part."""
         return {name: self.declared(name) for name in self.parts}
 
     def having(self, has: Callable[[Record], bool]) -> list[str]:
-        """Return the names of those of them of which something is true that they declare."""
+        """Return the names of the shipped parts whose declarations satisfy `has`."""
         return [name for name, traits in self.traits.items() if has(traits)]
 
     @cached_property
     def settings(self) -> dict[str, Any]:
-        """The models of the settings of those of them that have any."""
+        """The models of the settings of shipped parts that have any."""
         found = {name: getattr(record, self.models, None) for name, record in self.traits.items()}
         return {name: model for name, model in found.items() if model and model.model_fields}
 
     def part(self, name: str) -> Any:
-        """Return a part that ships; its file is imported when it is first asked for."""
+        """Return a shipped part; its file is imported when it is first asked for."""
         found = self._found.get(name)
         if found is None:
             found = self.parts[name]
@@ -118,7 +117,7 @@ class Family(Generic[Record]):
         return found
 
     def declared(self, name: str) -> Record:
-        """Return what a part declares; a user-defined one by its attributes, if it is loaded."""
+        """Return the declarations of a part: of a user-defined one, if loaded, its attributes."""
         if name in self.parts:
             part = self.part(name)
             record: Record = getattr(part, "traits", part)
@@ -133,13 +132,13 @@ class Family(Generic[Record]):
         return asked(self.key, name, given, when=" as it was asked what it declares")
 
     def _attributes(self, own: Any) -> dict[str, Any]:
-        """Return what a user-defined part declares by its attributes."""
+        """Return the declarations that a user-defined part has as attributes."""
         usual: Any = self.undeclared
         names = [each.name for each in fields(usual) if not each.name.endswith("settings")]
         return {name: getattr(own, name) for name in names if hasattr(own, name)}
 
     def undeclarable(self, name: str) -> "Iterator[PluginError]":
-        """Yield what a user-defined part, which is loaded, declares that no part can."""
+        """Yield an error for each invalid declaration of a user-defined part, if it is loaded."""
         own = loaded(name)
         if own is None or self.undeclared is None:
             return
@@ -156,11 +155,11 @@ class Family(Generic[Record]):
 
 
 class Ended(SystemExit):
-    """Somebody has asked the program to end: whatever it is doing, that is no part's mistake."""
+    """A request to end the program, which is no error of the part that was running."""
 
 
 class PluginError(ValueError):
-    """A part of somebody's own cannot be used; `key` names it in the scenario."""
+    """A user-defined part cannot be used; `key` names it in the scenario."""
 
     def __init__(self, key: str, message: str) -> None:
         self.key, self.message = key, message
@@ -171,7 +170,7 @@ class PluginError(ValueError):
 
 
 def is_plugin(name: str) -> bool:
-    """Tell whether a name is of the form ``module:object``, both dotted Python names.
+    """Return whether a name has the form ``module:object``, both dotted Python names.
 
     >>> is_plugin("my_parts.fast:schedule"), is_plugin("dsatur"), is_plugin("a b:c")
     (True, False, False)
@@ -181,22 +180,22 @@ def is_plugin(name: str) -> bool:
 
 
 def allow(names: Iterable[str]) -> None:
-    """Admit names: whoever runs missions in this process may import their modules."""
+    """Admit names: this process may import their modules."""
     _admitted.update(map(str, names))
 
 
 def allowed_everywhere() -> bool:
-    """Tell whether the environment allows every plug-in."""
+    """Return whether the environment admits every plug-in."""
     return os.environ.get(PERMISSION) == "1"
 
 
 def is_allowed(name: str) -> bool:
-    """Tell whether a plug-in may be loaded in this process."""
+    """Return whether this process may load a plug-in."""
     return name in _admitted or allowed_everywhere()
 
 
 def refusal(name: str) -> str:
-    """Return what would be loaded, and how to allow it."""
+    """Return a message: what would be loaded, and how to allow it."""
     module, _, path = name.partition(":")
     return (
         f"{name!r} is a plug-in: the module {module} would be imported and its {path} called, with "
@@ -205,10 +204,10 @@ def refusal(name: str) -> str:
 
 
 def name_of(part: Any) -> str:
-    """Return the ``module:object`` of a part that was given as an object, and admit it.
+    """Return the ``module:object`` of a part given as an object, and admit it.
 
-    A part of which no other process could find that, of a notebook's cell or within a function, has
-    a name that holds in this process alone: each object another one.
+    A part of a notebook's cell or of a function's body gets a name that holds in this process
+    alone, a different one for each object: no other process could import it.
     """
     module, path = (getattr(part, word, None) for word in ("__module__", "__qualname__"))
     name = f"{module}:{path}"
@@ -234,7 +233,7 @@ def _name_here(part: Any) -> str:
 
 
 def refuse_here(key: str, name: str) -> None:
-    """Refuse a part that this process alone knows, where others are to have it.
+    """Refuse a part that only this process knows, where worker processes need it.
 
     Raises:
         PluginError: saying what to do.
@@ -249,7 +248,7 @@ def refuse_here(key: str, name: str) -> None:
 
 
 def load(family: Family[Any], name: str) -> Any:
-    """Return the object that a scenario names as ``module:object`` at the key of a family.
+    """Import the object that a scenario names as ``module:object`` at the key of a family.
 
     Raises:
         PluginError: when it is not allowed, when there is no such module or object, or when it
@@ -273,20 +272,19 @@ def load(family: Family[Any], name: str) -> Any:
 
 
 def loaded(name: str) -> Any:
-    """Return a part that this process has loaded or was given; None if not: nothing is imported."""
+    """Return a part that this process has loaded or was given, else None; nothing is imported."""
     return _loaded.get(name)
 
 
 def asked(
     key: str, name: str, verb: Callable[..., Answer], *arguments: Any, when: str = ""
 ) -> Answer:
-    """Return what a verb of somebody's own answers; whatever it raises is that part's mistake.
+    """Call a function of a user-defined part, and blame that part for any exception.
 
-    `when` says when that was, in messages.  The mistake of another part that it called stays that
-    other's.
+    `when` says in messages when that was.  A PluginError of another part that it called passes.
 
     Raises:
-        PluginError: naming key, part and error, in one line; even where it called `sys.exit`.
+        PluginError: naming key, part and error, in one line; even if the part called `sys.exit`.
     """
     try:
         return verb(*arguments)
@@ -297,19 +295,19 @@ def asked(
 
 
 def shown(key: str, name: str, answer: Any, when: str = "") -> str:
-    """Return an answer of somebody's own as a message shows it, in one short line.
+    """Return a user-defined part's answer as one short line for a message.
 
     Raises:
-        PluginError: when it cannot even be written down.
+        PluginError: when its `repr` raises.
     """
     return shortened(" ".join(asked(key, name, repr, answer, when=when).split()))
 
 
 @dataclass(frozen=True)
 class OwnPart:
-    """A user-defined part of a family, with its settings: whatever it raises is its own mistake.
+    """A user-defined part with its settings; it is blamed for any exception that it raises.
 
-    Whoever asks it checks the answer, and refuses what is none.
+    The caller checks its answers, and refuses invalid ones.
     """
 
     key: str
@@ -317,7 +315,7 @@ class OwnPart:
     part: Callable[..., Any]
 
     def __call__(self, *arguments: Any, when: str = "") -> Any:
-        """Return what it answers; `when` says when that was, in messages.
+        """Return the part's answer; `when` says in messages when that was.
 
         Raises:
             PluginError: when it raises anything.
@@ -325,13 +323,15 @@ class OwnPart:
         return self.ask(self.part, *arguments, when=when)
 
     def ask(self, verb: Callable[..., Answer], *arguments: Any, when: str = "") -> Answer:
-        """Return what a verb of it, or one that reads its answer, answers (:func:`asked`)."""
+        """Return the answer of a method of the part, or of a reader of its answer:
+        :func:`asked`.
+        """
         return asked(self.key, self.name, verb, *arguments, when=when)
 
     def refuse(
         self, answer: Any, needed: str, *, when: str = "", verb: str = "returned"
     ) -> NoReturn:
-        """Refuse an answer, which is shown, and say what it must be.
+        """Refuse an answer: the message shows it, and says what it must be.
 
         Raises:
             PluginError: naming key, part, answer and remedy.
@@ -339,7 +339,7 @@ class OwnPart:
         self.fail(f"{verb} {shown(self.key, self.name, answer, when)}{needed}")
 
     def fail(self, message: str) -> NoReturn:
-        """Refuse what it does or is.
+        """Refuse the part with a message.
 
         Raises:
             PluginError: naming key and part.
@@ -348,7 +348,7 @@ class OwnPart:
 
 
 def is_whole(answer: Any) -> bool:
-    """Tell whether an answer is a whole number, of Python or numpy; True is none.
+    """Return whether an answer is a whole number, of Python or numpy, and not a truth value.
 
     >>> is_whole(2), is_whole(2.0), is_whole(True)
     (True, False, False)
@@ -357,7 +357,7 @@ def is_whole(answer: Any) -> bool:
 
 
 def _check(family: Family[Any], name: str, found: Any) -> None:
-    """Refuse what cannot be called with the arguments of a family."""
+    """Refuse an object that cannot be called with the arguments of a family."""
     if not callable(found):
         kind = type(found).__name__
         raise PluginError(
@@ -367,7 +367,7 @@ def _check(family: Family[Any], name: str, found: Any) -> None:
         )
     try:
         form = signature(found)
-    except (TypeError, ValueError):  # what is compiled need not tell
+    except (TypeError, ValueError):  # compiled functions may have no signature
         return
     try:
         own = [
@@ -385,13 +385,13 @@ def _check(family: Family[Any], name: str, found: Any) -> None:
 
 
 def _whose(found: Any) -> str:
-    """Return what to do about a class whose objects are meant."""
+    """Return a remedy for a class that was named in place of one of its objects."""
     is_meant = isinstance(found, type) and "__call__" in vars(found)
     return "; it is a class: name an object of it" if is_meant else ""
 
 
 def _remedy(family: Family[Any], module: str, path: str) -> str:
-    """Return what to write in the place of an object that cannot be loaded."""
+    """Return what to write instead of an object that cannot be loaded."""
     if module == HERE:
         return "; it was of a notebook or script that has ended: put it into a module of its own"
     if module.endswith(".py"):
@@ -404,7 +404,7 @@ def _remedy(family: Family[Any], module: str, path: str) -> str:
 
 
 def _reason(error: BaseException, name: str) -> str:
-    """Return why an import failed; Python's own words for that need no name of the error."""
+    """Return why an import failed, without the error's type where Python's message suffices."""
     plain = isinstance(error, ImportError | AttributeError)
     return printable(str(error)) + _line(error, name) if plain else _told(error, name)
 
@@ -416,10 +416,7 @@ def _told(error: BaseException, name: str, when: str = "") -> str:
 
 
 def _line(error: BaseException, name: str) -> str:
-    """Return the line of a plug-in's own module that an error came by, as ``, at my_parts.py:12``.
-
-    It is the last such line: what it called may be of another module.
-    """
+    """Return the last line of a plug-in's own module in a traceback, as ``, at my_parts.py:12``."""
     module = name.partition(":")[0]
     own = [
         f", at {Path(frame.f_code.co_filename).name}:{line}"
@@ -429,26 +426,24 @@ def _line(error: BaseException, name: str) -> str:
     return own[-1] if own else ""
 
 
-# The files of plug-ins: found, not run, so that missions of two versions are not mixed.
+# The source files of plug-ins, by whose fingerprint missions of two versions are told apart.
 #
-# They are those of the plug-in's module, of the packages that it is in, and of what these import
-# from beside it. Other packages are not followed, nor what is imported by a name made up at run
-# time.
+# They are the plug-in's module, its packages, and the modules beside it that these import; they are
+# read, not run. Other packages are not followed, nor imports by a name that is made at run time.
 
 
-# Folders whose packages have nothing to do with each other, and this package, whose files have a
-# fingerprint of their own.
+# Folders of unrelated packages; and this package, whose files have a fingerprint of their own.
 INSTALLED = ("site-packages", "dist-packages")
 THIS = __name__.partition(".")[0]
 
 
-# What missions are made of: folders of this package.
+# Folders of this package on which a mission's numbers depend.
 MISSIONS = ("support", "core", "models")
 
 
 @cache
 def package_sha256() -> str:
-    """Return the fingerprint of the files that missions are made of, as this process found them."""
+    """Return the fingerprint of the package's files on which missions depend, as first read."""
     package, total = Path(__file__).parents[1], hashlib.sha256()
     for file in sorted(file for folder in MISSIONS for file in (package / folder).rglob("*.py")):
         total.update(f"{file.relative_to(package).as_posix()}\n".encode() + file.read_bytes())
@@ -456,15 +451,16 @@ def package_sha256() -> str:
 
 
 def source_sha256(name: str) -> str:
-    """Return the fingerprint of the files of a ``module:object``, "" where none is found."""
+    """Return the fingerprint of the source files of a ``module:object``; "" if none is found."""
     digests = (hashlib.sha256(file.read_bytes()).digest() for file in sources_of(name))
     together = b"".join(digests)
     return hashlib.sha256(together).hexdigest() if together else ""
 
 
 def sources_of(name: str) -> list[Path]:
-    """Return the file that holds a ``module:object``, and then those that it imports from beside it
-    or from its own package; none where it is not found.  Nothing is imported.
+    """Return the file of a ``module:object``, then the files that it imports from beside it.
+
+    These lie in its folder or package.  The list is empty if it is not found.  Nothing is imported.
     """
     module = name.partition(":")[0]
     if not is_plugin(name) or _file(module) is None:
@@ -481,7 +477,7 @@ def sources_of(name: str) -> list[Path]:
 
 
 class _Beside:
-    """The modules that lie where a plug-in's does: in its package, or in the folder of that."""
+    """The modules beside a plug-in: those in its package, or in the folder of its package."""
 
     def __init__(self, module: str) -> None:
         self._module, self._top = module, module.partition(".")[0]
@@ -496,18 +492,18 @@ class _Beside:
 
 
 def _with_packages(module: str) -> Iterator[str]:
-    """Yield a module and the packages that it is in, which are run before it."""
+    """Yield a module and then its packages, which Python runs before it."""
     while module:
         yield module
         module = module.rpartition(".")[0]
 
 
 def _imported(module: str, file: Path) -> Iterator[str]:
-    """Yield the names of what a file may import, of which some are no modules."""
+    """Yield the names of the modules that a file may import; some are not modules."""
     package = module if file.stem == "__init__" else module.rpartition(".")[0]
     try:
         tree = ast.parse(file.read_bytes())
-    except (SyntaxError, ValueError):  # it is compiled, or nobody can import it
+    except (SyntaxError, ValueError):  # it is compiled, or cannot be imported
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -517,7 +513,7 @@ def _imported(module: str, file: Path) -> Iterator[str]:
 
 
 def _members(node: ast.ImportFrom, package: str) -> tuple[str, ...]:
-    """Return what ``from a import b`` may import: the module a, and b where it is one of a's."""
+    """Return the modules that ``from a import b`` may import: a, and b if it is a module of a."""
     try:
         base = resolve_name("." * node.level + (node.module or ""), package)
     except ImportError:  # beyond the outermost package
@@ -526,21 +522,21 @@ def _members(node: ast.ImportFrom, package: str) -> tuple[str, ...]:
 
 
 def _file(module: str) -> Path | None:
-    """Return the file of a dotted module, None where none is found."""
+    """Return the file of a dotted module; None if it is not found."""
     spec = _spec(module)
     file = Path(spec.origin) if spec and spec.origin else None
     return file if file and file.is_file() else None
 
 
 def _folder(top: str) -> Path | None:
-    """Return the folder in which an outermost package or module is found."""
+    """Return the folder of an outermost package or module."""
     spec = _spec(top)
     inside = [*(spec.submodule_search_locations or ()), spec.origin] if spec else []
     return Path(inside[0]).resolve().parent if inside and inside[0] else None
 
 
 def _spec(module: str) -> ModuleSpec | None:
-    """Return where a dotted module lies; the packages that it is in are not imported."""
+    """Return the spec of a dotted module, without importing its packages."""
     spec, places, words = None, None, module.split(".")
     for number in range(1, len(words) + 1):
         spec = PathFinder.find_spec(".".join(words[:number]), places)

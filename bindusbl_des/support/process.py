@@ -1,4 +1,4 @@
-"""How a process of ours behaves: its memory, its answer to Ctrl-C, and how far it says to be."""
+"""Settings of our own processes: garbage collection, memory, Ctrl-C, and lines of progress."""
 
 import atexit
 import gc
@@ -12,55 +12,51 @@ from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import TextIO
 
-# So many objects are made before the youngest are looked through.
+# New objects between two searches for garbage among the youngest.
 YOUNG = 50_000
 
 
 def collect_seldom() -> None:
-    """Look for garbage more seldom than Python does, in a process that is ours.
+    """Have Python search for garbage more seldom, in a process of our own.
 
-    What a mission loads makes a hundred thousand objects, all of which stay; Python looks through
-    them 260 times meanwhile, which takes a sixth of the time.
+    Loading a mission makes a hundred thousand lasting objects; Python would search 260 times
+    meanwhile, which takes a sixth of the time.
     """
     gc.set_threshold(YOUNG)
 
 
 def leave_the_rest() -> None:
-    """Have Python look for no garbage when it ends, in a process that is ours.
+    """Have Python not search for garbage as a process of our own ends.
 
-    All memory goes with the process; looking through what a mission loaded took 0.25 s of the 1.4 s
-    of a `run`.
+    The process frees all memory anyway; the search took 0.25 s of the 1.4 s of a `run`.
     """
     atexit.register(gc.freeze)
 
 
 def hand_back() -> None:
-    """Have Arrow, unless it has been loaded, hand memory back: its own way keeps tens of MB.
-
-    Processes that this one begins do as it does.
-    """
+    """Have Arrow return memory to the system, if not loaded yet: its own pool keeps tens of MB."""
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")
 
 
-# Ctrl-C answered at once, even in the midst of compiled code.
+# Ctrl-C is answered at once, even within compiled code.
 #
-# Python notes a signal at once but obeys it between two steps of its own, and compiled code (an
-# equation of the sea, or the compiler itself) may be one step of a minute. A thread that is woken
-# by the signal answers meanwhile; compiled code lets it run (`compiled`).
+# Python notes a signal at once but handles it between two of its own steps, and compiled code (an
+# equation, or the compiler itself) may be one step of a minute. So the signal wakes a thread, which
+# answers it; compiled code lets that thread run (`compiled`).
 
 
 INTERRUPTED = 130
 
-# So long Python itself may take to obey (s), before somebody else answers.
+# Time (s) that Python has to handle Ctrl-C, before the thread answers.
 GRACE_S = 0.3
 
 
 @contextmanager
 def answered(answer: Callable[[int], None]) -> Iterator[None]:
-    """Call `answer`, in a thread, at each Ctrl-C that Python does not obey by itself.
+    """Call `answer`, in a thread, at each Ctrl-C that Python does not handle in time.
 
-    It is told how many there have been.  Outside the main thread, and where somebody else listens
-    to signals, nothing is changed.
+    Its argument is the number of such Ctrl-Cs so far.  Outside the main thread, and where another
+    handler is installed, nothing is changed.
     """
     listening = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if not listening or threading.current_thread() is not threading.main_thread():
@@ -92,13 +88,13 @@ def _listen(ours: socket.socket, over: threading.Event, answer: Callable[[int], 
 
 
 def end_now(_: int) -> None:
-    """End the process: for work that leaves nothing half done."""
+    """End the process at once: only for work that leaves nothing half done."""
     say("interrupted")
     os._exit(INTERRUPTED)
 
 
 def say(text: str) -> None:
-    """Say something on stderr, on a line of its own."""
+    """Write a text to stderr, on a line of its own."""
     start = "\r\x1b[K" if sys.stderr.isatty() else ""
     sys.stderr.write(f"{start}{text}\n")
     sys.stderr.flush()
@@ -107,25 +103,25 @@ def say(text: str) -> None:
 LINE_EVERY_S = 10.0
 REDRAWN_EVERY_S = 0.2
 
-# Work that ends before this is not worth a word.
+# Work that ends sooner (s) has no line of progress.
 PATIENCE_S = 2.0
 
 
 def in_notebook() -> bool:
-    """Tell whether what is printed stands in a notebook."""
+    """Return whether the output appears in a notebook."""
     return type(sys.stdout).__module__.partition(".")[0] == "ipykernel"
 
 
 class ProgressLine:
-    """A line that is redrawn on a terminal or in a notebook, and written now and then elsewhere.
+    """A line of progress: redrawn on a terminal or in a notebook, elsewhere written now and then.
 
-    One that is only `on_terminals` is not written elsewhere.
+    With `on_terminals` it is not written elsewhere.
     """
 
     def __init__(
         self, *, quiet: bool, stream: TextIO | None = None, on_terminals: bool = False
     ) -> None:
-        is_noted = stream is None and in_notebook()  # where stderr stands for trouble
+        is_noted = stream is None and in_notebook()  # which shows stderr as an error
         self._stream = stream or (sys.stdout if is_noted else sys.stderr)
         self._redrawn = is_noted or self._stream.isatty()
         self._quiet = quiet or (on_terminals and not self._redrawn)
@@ -134,18 +130,18 @@ class ProgressLine:
         self._due = monotonic() + PATIENCE_S
 
     def tell(self, line: Callable[[], str]) -> None:
-        """Say how far the work is, if that was not just said."""
+        """Show the progress, unless it was shown just now."""
         if monotonic() >= self._due:
             self._tell(line())
 
     def end(self, line: Callable[[], str]) -> None:
-        """Say how far the work has come, and end the line that was redrawn."""
+        """Show the final progress, and end the line if it was redrawn."""
         if self._redrawn and self._drawn:
             self._tell(line())
             self._write("\n")
 
     def clear(self) -> None:
-        """Take back the line that was redrawn: another will say more, or nothing is left to say."""
+        """Remove the line if it was redrawn."""
         if self._redrawn and self._drawn:
             self._write("\r\x1b[K")
 
@@ -158,13 +154,13 @@ class ProgressLine:
         self._write(f"{start}{line}{end}")
 
     def _write(self, text: str) -> None:
-        with suppress(OSError):  # work goes on when nobody reads how far it is
+        with suppress(OSError):  # a closed stream does not stop the work
             self._stream.write(text)
             self._stream.flush()
 
 
 def duration(seconds: float) -> str:
-    """Return a time as people say it.
+    """Return a time in words.
 
     >>> duration(4.2), duration(75), duration(7500)
     ('4 s', '1 min 15 s', '2 h 5 min')

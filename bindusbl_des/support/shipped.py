@@ -1,4 +1,4 @@
-"""Files that come with the program: scenarios and experiments, each by the name of its file."""
+"""Files that the program ships: scenarios and experiments, named by their stems."""
 
 import os
 from functools import cache
@@ -14,7 +14,7 @@ ENDINGS = (".yaml", ".yml")
 
 @cache
 def shipped(kind: str) -> dict[str, Path]:
-    """Return the files of a kind by name: in the wheel, or at the top of a source checkout.
+    """Return the shipped files of a kind by name: in the wheel, or at the top of a source checkout.
 
     >>> shipped("scenarios")["quickstart"].name
     'quickstart.yaml'
@@ -26,7 +26,7 @@ def shipped(kind: str) -> dict[str, Path]:
 
 
 def located(given: str, kinds: tuple[str, ...] = KINDS) -> str:
-    """Return the path of a file, or of what ships under a bare name; a file of that name wins.
+    """Return the path of a file, or else of a shipped file by its bare name.
 
     Raises:
         ScenarioError: when nothing has that name, or what has it is of another kind.
@@ -43,12 +43,12 @@ def located(given: str, kinds: tuple[str, ...] = KINDS) -> str:
 
 
 def listed(kinds: tuple[str, ...] = KINDS) -> str:
-    """Return what ships, for a message."""
+    """Return the names of all shipped files, for a message."""
     return "; ".join(f"the {kind} {', '.join(shipped(kind))}" for kind in kinds)
 
 
 def _objection(given: str, kinds: tuple[str, ...]) -> str:
-    """Return why a name is none that ships; nothing of one that is told when it is opened."""
+    """Return why a name is no shipped one; empty if opening the file will tell."""
     stem, ending = os.path.splitext(os.path.basename(given))
     if given in shipped("experiments"):
         return f"is an experiment, of many missions; `bindusbl-des sweep {given}` runs it"

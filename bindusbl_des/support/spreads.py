@@ -1,12 +1,12 @@
-"""How large errors are: as data sheets state it, and as dead reckoning adds them up."""
+"""Sizes of errors: as data sheets state them, and as they grow in dead reckoning."""
 
 import math
 from typing import Literal
 
 Statistic = Literal["cep", "drms", "p95"]
 
-# Of the length of a circular Gaussian error, per standard deviation along one axis: its median, its
-# root mean square and its 95th percentile (Rayleigh distribution, quantile sqrt(-2 ln(1 - p))).
+# Median, root mean square and 95th percentile of the length of a circular Gaussian error, per
+# standard deviation along one axis (Rayleigh distribution, quantile sqrt(-2 ln(1 - p))).
 PER_AXIS_SD: dict[Statistic, float] = {
     "cep": math.sqrt(2.0 * math.log(2.0)),
     "drms": math.sqrt(2.0),
@@ -14,15 +14,15 @@ PER_AXIS_SD: dict[Statistic, float] = {
 }
 
 
-# Below this share of a time constant the series of three terms is right to 1e-10.
+# Below this share of a time constant a series of three terms is exact to 1e-10.
 SHORT = 1e-3
 
 
 def per_axis_sd(stated: float, statistic: Statistic) -> float:
-    """Return the standard deviation along each axis of a horizontal error that a sheet states.
+    """Return the standard deviation along each axis of a horizontal error that a data sheet states.
 
-    `cep` is the circle that holds half of all errors, `drms` their root mean square, `p95` the
-    circle that holds 95 %; errors are a circular Gaussian.  Any unit.
+    `cep` is the radius of the circle that holds half of all errors, `drms` their root mean square,
+    `p95` the radius that holds 95 %; errors are a circular Gaussian.  Any unit.
 
     >>> [round(1.0 / per_axis_sd(1.0, name), 4) for name in ("cep", "drms", "p95")]
     [1.1774, 1.4142, 2.4477]
@@ -43,10 +43,11 @@ def drift_rms(time: float, bias: tuple[float, float], random_walk: float) -> flo
 
 
 def wandering_rms(time: float, sd: float, time_constant: float) -> float:
-    """Return the RMS per axis (m), after `time` (s), of what a velocity bias that wanders has done.
+    """Return the RMS error per axis (m) that a wandering velocity bias causes in `time` (s).
 
-    That of the integral of a stationary Gauss-Markov process of `sd` (m/s) and a time constant (s),
-    sd tau sqrt(2 (t / tau - 1 + exp(-t / tau))); it grows as sd t at first, as sqrt(t) later on.
+    It is the integral of a stationary Gauss-Markov process of `sd` (m/s) and a time constant tau
+    (s): sd tau sqrt(2 (t / tau - 1 + exp(-t / tau))); it grows as sd t at first, as sqrt(t) later
+    on.
 
     >>> round(wandering_rms(60.0, 0.05, 60.0), 6), round(wandering_rms(60.0, 0.05, math.inf), 6)
     (2.573292, 3.0)
@@ -54,6 +55,6 @@ def wandering_rms(time: float, sd: float, time_constant: float) -> float:
     if math.isinf(time_constant):
         return sd * time
     share = time / time_constant
-    if share < SHORT:  # the series: of the difference nothing would be left
+    if share < SHORT:  # a series, since the difference below would lose all digits
         return sd * time * math.sqrt(1.0 - share / 3.0 + share**2 / 12.0)
     return sd * time_constant * math.sqrt(2.0 * (share + math.expm1(-share)))

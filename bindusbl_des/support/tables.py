@@ -1,7 +1,7 @@
-"""Tables that somebody has written as text, and rows in them that cannot be.
+"""Tables that users wrote as text: logs, tracks, CTD casts, curves, airtimes, tables of sound.
 
-Whatever parts the fields (commas, semicolons, tabs, blanks), whichever mark is the decimal one and
-however it is encoded: logs, tracks, casts, curves, airtimes and tables of sound are opened here.
+They are read with any separator (comma, semicolon, tab, blank), decimal mark and encoding; rows
+that cannot be read are left out.
 """
 
 import csv
@@ -20,37 +20,37 @@ Given = TypeVar("Given")
 Found = TypeVar("Found")
 More = ParamSpec("More")
 
-# Marks that part fields, and how lines begin that hold none ("sep=;" is Excel's).
+# Separators of fields, and beginnings of lines without fields ("sep=;" is Excel's).
 PARTING = (",", ";", "\t")
 REMARK = re.compile(r"\s*(#|%|sep=)")
 DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*")
 POINT = re.compile(r"\s*[-+]?\d*\.\d+([eE][-+]?\d+)?\s*")
 
-# Sea-Bird's .cnv begins so; its columns, and what it writes where nothing was measured, are told
-# in lines before this one.
+# The first line of Sea-Bird's .cnv, and the last line of its header, which names the columns and
+# the mark of missing values.
 SEA_BIRD, SEA_BIRD_DATA = "* Sea-Bird", "*END*"
 
-# How files begin that hold tables which are no text.
+# First bytes of files with tables that are not text.
 OTHERS = {
     b"PK": "a zip archive, such as a workbook of Excel; save the sheet as CSV",
     b"PAR1": "a Parquet file; save it as CSV",
     b"\xd0\xcf\x11\xe0": "a workbook of Excel; save the sheet as CSV",
 }
 
-# Of rows that are left out so many are named.
+# Messages name at most this many of the rows that are left out.
 MOST_NAMED = 2
 
 
 class TableRow(NamedTuple):
-    """A row: where it stands (file:line), and its cells by the names of their columns."""
+    """A row: its place (file:line), and its cells by column."""
 
     where: str
     cells: dict[str, str]
 
 
 class Table(NamedTuple):
-    """A table: its file, its columns' names, its lines with their numbers and their cells, and what
-    is to be said of lines that are none.
+    """A table: its file, the names of its columns, its lines by number with their cells, and
+    messages about lines that are left out.
     """
 
     path: str
@@ -59,7 +59,7 @@ class Table(NamedTuple):
     left_out: tuple[str, ...] = ()
 
     def rows(self) -> Iterator[TableRow]:
-        """Yield the rows; where one ends early its further cells are empty."""
+        """Yield the rows; cells that a short row lacks are empty."""
         nothing = dict.fromkeys(self.names, "")
         for number, cells in self.lines:
             known = nothing | dict(zip(self.names, cells, strict=False))
@@ -67,14 +67,14 @@ class Table(NamedTuple):
 
 
 def read_table(path: str | Path, fault: type[ValueError] = ValueError) -> Table:
-    """Return the table in a file of text, whose first line of cells names the columns.
+    """Return the table in a text file, whose first line of cells names the columns.
 
-    Lines that begin with `#` or `%` are remarks, empty ones and repeated headers are passed; a last
-    remark before a table of numbers alone is its header.  Numbers have decimal commas where commas
-    do not part the fields and no number has a point.
+    Lines that begin with `#` or `%` are remarks; empty lines and repeated headers are skipped; a
+    last remark before a table of numbers alone is its header.  Decimal commas are read where commas
+    do not separate the fields and no number has a point.
 
     Raises:
-        ValueError: as its kind `fault`, naming the file, when it cannot be read as one.
+        ValueError: of the type `fault`, naming the file, when it cannot be read as a table.
     """
     try:
         raw = Path(regular(path)).read_bytes()
@@ -102,7 +102,7 @@ def _table(path: str, text: str, fault: type[ValueError]) -> Table:
     if parting not in header and len(header.split()) > 1:
         parting = ""
     names, told = _names(header, parting), _names(remark.lstrip(" #%"), parting)
-    if all(map(_is_number, names)) and len(told) == len(names):  # as numpy's savetxt writes them
+    if all(map(_is_number, names)) and len(told) == len(names):  # as numpy's savetxt writes it
         names, lines, number = told, io.StringIO(header + lines.read()), number - 1
     rows = [
         (at, cells)
@@ -116,7 +116,7 @@ def _table(path: str, text: str, fault: type[ValueError]) -> Table:
 
 
 def _of_sea_bird(path: str, text: str) -> Table:
-    """Return the table of a .cnv, in which what was not measured is empty."""
+    """Return the table of a .cnv file; missing values are empty."""
     told, _, data = text.partition(SEA_BIRD_DATA)
     flag = re.search(r"(?m)^# bad_flag = (\S+)", told)
     missing = flag.group(1) if flag else ""
@@ -134,7 +134,7 @@ def _names(header: str, parting: str) -> list[str]:
 
 
 def _parted(lines: Iterable[str], parting: str, before: int) -> Iterator[tuple[int, list[str]]]:
-    """Yield the cells of each line, with its number, after so many lines `before`."""
+    """Yield the cells of each line, with its number, which counts on from `before`."""
     told = (line if REMARK.match(line) is None else "\n" for line in lines)
     if not parting:
         yield from enumerate(map(str.split, told), before + 1)
@@ -148,7 +148,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _write_points(lines: list[list[str]]) -> None:
-    """Give numbers decimal points, unless some have them: commas then part thousands."""
+    """Replace decimal commas, unless a number has a point: commas then separate thousands."""
     if any(POINT.fullmatch(cell) for cells in lines for cell in cells):
         return
     for cells in lines:
@@ -160,7 +160,7 @@ def _write_points(lines: list[list[str]]) -> None:
 def _whole(
     path: str, names: Sequence[str], fault: type[ValueError], line: tuple[int, list[str]]
 ) -> tuple[int, list[str]]:
-    """Return a line as it is, unless there are numbers in it beyond the last column."""
+    """Return a line; raise `fault` if it has numbers beyond the last column."""
     number, cells = line
     if any(map(_is_number, cells[len(names) :])):
         raise fault(
@@ -175,7 +175,7 @@ FileReader = Callable[Concatenate[str | Path, More], Found]
 
 
 def of_file(most: int) -> Callable[[Reader[More, Found]], FileReader[More, Found]]:
-    """Have a function keep what it reads of so many files, each until the file changes."""
+    """Return a decorator that caches what a function reads from `most` unchanged files."""
 
     def made(read: Reader[More, Found]) -> FileReader[More, Found]:
         @lru_cache(maxsize=most)
@@ -186,7 +186,7 @@ def of_file(most: int) -> Callable[[Reader[More, Found]], FileReader[More, Found
             try:
                 found = os.stat(path)
             except (OSError, ValueError):
-                return read(str(path), *more, **named)  # which tells what is wrong
+                return read(str(path), *more, **named)  # which raises the error
             changed: Any = found.st_mtime_ns, found.st_size
             again: dict[str, Any] = named
             return kept(str(path), changed, *more, **again)
@@ -197,24 +197,24 @@ def of_file(most: int) -> Callable[[Reader[More, Found]], FileReader[More, Found
     return made
 
 
-# Rows that cannot be do not cost the others.
+# A few rows that cannot be read do not spoil the others.
 
 
 class Unmeasured(ValueError):
-    """A row in which nothing was measured, as most are of what is logged faster than that is."""
+    """A row without measurements; a log that is faster than its sensor has mostly such rows."""
 
 
 def sifted(
     rows: Iterable[Given], read: Callable[[Given], Found]
 ) -> tuple[list[Found], tuple[str, ...]]:
-    """Return what is read of the rows that can be, and what is to be said of those that cannot.
+    """Return the readable rows, as `read` returns them, and messages about the others.
 
     >>> sifted("12x", int)
     ([1, 2], ("1 of 3 rows is left out: invalid literal for int() with base 10: 'x'",))
 
     Raises:
-        ValueError: what is wrong with the first of them, where they are not the fewer; rows in
-            which nothing was measured may be more.
+        ValueError: the error of the first unreadable row, where these are not the fewer; rows
+            without measurements may be more.
     """
     kept: list[Found] = []
     why: list[str] = []
@@ -233,7 +233,7 @@ def sifted(
 
 
 def left_out(why: Sequence[str], count: int) -> tuple[str, ...]:
-    """Return what is to be said of rows that are left out of a `count`: why, of the first ones."""
+    """Return a message about rows, out of `count`, that are left out, with the first reasons."""
     if not why:
         return ()
     more = f"; and {len(why) - MOST_NAMED} more" if len(why) > MOST_NAMED else ""
@@ -242,7 +242,7 @@ def left_out(why: Sequence[str], count: int) -> tuple[str, ...]:
 
 
 def because(told: Sequence[str]) -> str:
-    """Return, in brackets, which rows are left out, to be said of what has too few of them."""
+    """Return in brackets which rows are left out, for a message about too few rows."""
     return f" ({'; '.join(told)})" if told else ""
 
 
@@ -254,13 +254,13 @@ def ordered(
     remedy: str = "",
     fault: type[ValueError] = ValueError,
 ) -> tuple[list[int], tuple[str, ...]]:
-    """Return the numbers of the rows whose values rise, as many as can be, the first of equal ones;
-    and what is to be said of the others.
+    """Return the numbers of rows whose values increase, as many as possible, and messages on the
+    others; of equal values the first counts.
 
-    `places` (n,) is where they stand, `what` and `unit` are of their values (n,).
+    `places` (n,) are the places of the rows, `values` (n,) are of a quantity `what` with a `unit`.
 
     Raises:
-        ValueError: as its kind `fault`, with the remedy, where rows that are not in order are not
+        ValueError: of the type `fault`, with the remedy, where rows that are not in order are not
             the fewer.
     """
     once = [n for n in range(len(values)) if not n or values[n] != values[n - 1]]
@@ -286,8 +286,8 @@ def ordered(
 
 
 def _rising(values: Sequence[float]) -> list[int]:
-    """Return the numbers of values that rise, as many as there can be; of two that do not the
-    greater one, as the deepest sample of a cast.
+    """Return the indices of a longest increasing subsequence; of two values in conflict it has the
+    greater, as the deepest sample of a cast.
 
     Source: C. Schensted, Longest increasing and decreasing subsequences, Canadian Journal of
     Mathematics 13, 1961.
@@ -295,7 +295,9 @@ def _rising(values: Sequence[float]) -> list[int]:
     >>> _rising([0.0, 1.0, 9.0, 2.0, 3.0, 2.5])
     [0, 1, 3, 4]
     """
-    ends: list[float] = []  # from the end, negated: the least in which so many can end, and whose
+    ends: list[
+        float
+    ] = []  # from the end, negated: the least last value of each length, and its index
     tails: list[int] = []
     behind = [-1] * len(values)
     for n in range(len(values) - 1, -1, -1):

@@ -1,4 +1,4 @@
-"""Words and numbers for people: the nearest right spelling, values as written, few digits."""
+"""Wording of messages: the nearest known spelling, values as users write them, rounded numbers."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,28 +11,28 @@ from textwrap import fill
 from typing import Any, NamedTuple, NoReturn
 from unicodedata import category
 
-# Longer values are cut in messages, which stay one readable line.
+# Messages shorten longer values, to stay one readable line.
 LONGEST_VALUE = 60
 
-# So much is kept of what an error says, and of where it came from: it may say anything.
+# Longest text of an error and of its traceback, which may be of any length.
 LONGEST_ERROR, LONGEST_TRACE = 2000, 20_000
 
 # No table and no sentence is wider than a terminal.
 WIDEST = 80
 
-# Nothing that is measured here is told more finely: what is left of rounding is not.
+# No number is shown with more decimals: beyond them is only rounding.
 MOST_DECIMALS = 6
 FINEST = 0.5 * 10**-MOST_DECIMALS
 
-# Numbers that differ by less than this share of their size differ by how they were rounded.
+# Relative difference below which two numbers differ only by rounding.
 ROUND_OFF = 1e-9
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that was most likely meant, or None.
 
-    A missing or wrong unit comes first (depth, depth_km, dpth -> depth_m), then a word that has it
-    in it, then similar letters.
+    A missing or wrong unit comes first (depth, depth_km, dpth -> depth_m), then a word that
+    contains it, then similar letters.
 
     >>> nearest("depth", ["death_m", "depth_m"]), nearest("error", ["position_error_m", "terror"])
     ('depth_m', 'position_error_m')
@@ -71,8 +71,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a table whose first column begins at the left, and the others end at the
-    right.
+    """Return the lines of a table, its first column aligned left, the others right.
 
     >>> aligned([("AUV", "error"), ("0", "1.25")])
     ['AUV  error', '0     1.25']
@@ -87,7 +86,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def plain(value: object) -> str:
-    """Return a value as one writes it in a scenario file.
+    """Return a value as users write it in a scenario file.
 
     >>> plain((None, True, 140.0, "otter")), plain([{"asv": 1, "at_s": 150.0}])
     ('[null, true, 140, otter]', '[{asv: 1, at_s: 150}]')
@@ -106,7 +105,7 @@ def plain(value: object) -> str:
 
 
 def described(value: object) -> str:
-    """Return what was read in place of the right value, for a message.
+    """Describe a wrong value, for a message.
 
     >>> described("12:30"), described(None), described([1])
     ("the text '12:30'", 'nothing', 'a list')
@@ -123,7 +122,7 @@ def described(value: object) -> str:
 
 
 def printable(text: str) -> str:
-    r"""Return a text in which whatever a terminal would obey or cannot show is written as escapes.
+    r"""Return a text with escapes for characters that a terminal would obey or cannot show.
 
     >>> printable("a\0b\x1b[31m"), printable("\udcff.yaml")
     ('a\\x00b\\x1b[31m', '\\udcff.yaml')
@@ -132,7 +131,7 @@ def printable(text: str) -> str:
 
 
 def printable_lines(text: str) -> str:
-    r"""Return a text of several lines, each of them printable.
+    r"""Return a text of several lines with each line made printable.
 
     >>> printable_lines("a\x9b31m\nb\r")
     'a\\x9b31m\nb\\r'
@@ -141,7 +140,7 @@ def printable_lines(text: str) -> str:
 
 
 def printable_json(text: str) -> str:
-    r"""Return the text of JSON in which a terminal obeys nothing, and which says the same.
+    r"""Return a JSON text, its data unchanged, with escapes for what a terminal would obey.
 
     >>> printable_json('"a\x9b31m\u202e"')
     '"a\\u009b31m\\u202e"'
@@ -152,8 +151,8 @@ def printable_json(text: str) -> str:
 
 
 def file_name(name: str) -> str:
-    """Return a name as files and folders have it: of letters of any script, digits, _ . and -, at
-    most 200 bytes of them.  A hash tells names apart of which other signs, or the end, are lost.
+    """Return a name as a file or folder name: letters of any script, digits, _ . and -, at most 200
+    bytes.  If other characters, or the end, are lost, a hash tells such names apart.
 
     >>> file_name("two AUVs"), file_name("\u043b\u043e\u0434\u043a\u0430/1")
     ('two_AUVs', '\u043b\u043e\u0434\u043a\u0430_1')
@@ -170,7 +169,7 @@ def file_name(name: str) -> str:
 
 
 def shortened(text: str, most: int = LONGEST_VALUE) -> str:
-    """Return a text cut to a length, by default one that a message can carry.
+    """Return a text cut to a length, by default one that fits into a message.
 
     >>> shortened("ranges are missing", 10)
     'ranges...g'
@@ -179,7 +178,7 @@ def shortened(text: str, most: int = LONGEST_VALUE) -> str:
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """Return a number with so many digits that count, never with an exponent; "-" for none.
+    """Return a number with `digits` significant digits, without exponent; "-" if not finite.
 
     >>> significant(231.4, 2), significant(0.05349), significant(5.3e-15), significant(float("nan"))
     ('231', '0.0535', '0', '-')
@@ -193,7 +192,7 @@ def significant(value: float, digits: int = 3) -> str:
 
 
 def number(value: float | None, digits: int = 2, factor: float = 1.0) -> str:
-    """Return a number for the eye; what is not known is a dash, and only nothing is zero.
+    """Return a number with fixed decimals; "-" if it is not known, and "0" only if it is zero.
 
     >>> number(0.8342, 1, 100), number(None), number(float("nan")), number(0.0042), number(0.0)
     ('83.4', '-', '-', '0.0042', '0.00')
@@ -205,7 +204,7 @@ def number(value: float | None, digits: int = 2, factor: float = 1.0) -> str:
 
 
 class Shown(NamedTuple):
-    """A metric as tables show it; its values times `factor` are in `unit`."""
+    """A metric as a column of tables; its values times `factor` are in `unit`."""
 
     words: str
     unit: str
@@ -214,12 +213,12 @@ class Shown(NamedTuple):
     factor: float = 1
 
     def number_in(self, metrics: Mapping[str, Any]) -> str:
-        """Return its value among metrics by their names; a dash where there is none."""
+        """Return the metric's value in a table of metrics by name; a dash if it is missing."""
         return number(metrics.get(self.metric), self.digits, self.factor)
 
 
 def decimals(*scales: float, digits: int = 2) -> int:
-    """Return the decimals that show so many digits of the first scale that is known and not zero.
+    """Return the decimals that show the first finite scale above zero to `digits` digits.
 
     >>> decimals(0.035), decimals(float("nan"), 12.0), decimals(0.0), decimals(0.035, digits=1)
     (3, 0, 3, 2)
@@ -229,8 +228,9 @@ def decimals(*scales: float, digits: int = 2) -> int:
 
 
 def with_half(mean: float, half: float) -> tuple[str, str]:
-    """Return a mean and half its interval: two digits of that, and the mean as finely; "-" for what
-    is not known.
+    """Return a mean and half its interval with as many decimals as give the latter two digits.
+
+    What is not known is "-".
 
     >>> with_half(0.9224, 0.0351), with_half(264.43, 0.013), with_half(5.0, 0.0)
     (('0.922', '0.035'), ('264.430', '0.013'), ('5.00', '0'))
@@ -245,7 +245,7 @@ def with_half(mean: float, half: float) -> tuple[str, str]:
 
 
 def plus_minus(mean: float, half: float) -> str:
-    """Return the same in one text, the mean alone where half its interval is not known.
+    """Return a mean and half its interval as one text; the mean alone if that is not known.
 
     >>> plus_minus(0.9224, 0.0351), plus_minus(0.5, float("nan"))
     ('0.922 +- 0.035', '0.500')
@@ -254,8 +254,7 @@ def plus_minus(mean: float, half: float) -> str:
 
 
 def with_ends(mean: float, low: float, high: float) -> tuple[str, str, str]:
-    """Return a mean and the ends of its interval: three digits that count, or as many more as tell
-    the ends apart.
+    """Return a mean and the ends of its interval: three digits, or more to tell the ends apart.
 
     >>> with_ends(0.785, 0.764, 0.806), with_ends(0.785, 0.78462, 0.78538)
     (('0.785', '0.764', '0.806'), ('0.7850', '0.7846', '0.7854'))
@@ -267,7 +266,7 @@ def with_ends(mean: float, low: float, high: float) -> tuple[str, str, str]:
 
 
 def amount(value: float) -> str:
-    """Return a sum, with its thousands parted.
+    """Return a sum with separators of thousands.
 
     >>> amount(25000.0), amount(1.5)
     ('25,000', '1.5')
@@ -276,14 +275,14 @@ def amount(value: float) -> str:
 
 
 def filled(text: str, indent: str = "") -> str:
-    """Return a text in lines that are no wider than tables; all but the first are indented."""
+    """Return a text in lines as wide as tables; all but the first are indented."""
     return fill(
         text, WIDEST, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
     )
 
 
 def counted(count: int, noun: str) -> str:
-    """Return how many there are of something.
+    """Return a count with its noun.
 
     >>> counted(1, "ping"), counted(0, "ping")
     ('1 ping', '0 pings')
@@ -292,7 +291,7 @@ def counted(count: int, noun: str) -> str:
 
 
 def lettered(number: int) -> str:
-    """Return the letter by which the first, second, ... of several is called.
+    """Return the letter of the first, second, ... of several, by index.
 
     >>> lettered(0), lettered(25), lettered(26)
     ('A', 'Z', 'A1')
@@ -301,11 +300,11 @@ def lettered(number: int) -> str:
 
 
 def refuse(name: str, value: object, rule: str, remedy: str) -> NoReturn:
-    """Raise the ValueError of a value that breaks a rule, and say what to do."""
+    """Raise ValueError: the value of `name` breaks a rule; with a remedy."""
     raise ValueError(f"{name} must {rule}; met {value}; {remedy}")
 
 
-# From so many seconds on times are told in hours and minutes.
+# Longer times (s) are written in hours and minutes.
 LONG_S = 600.0
 
 
@@ -322,8 +321,7 @@ def timed(seconds: float | None, digits: int = 0) -> str:
 
 
 def instant(seconds: float, duration_s: float) -> str:
-    """Return when something is in a mission of some length: in seconds, or as h:mm:ss of those that
-    take ten minutes and more.
+    """Return an instant of a mission: in seconds, or as h:mm:ss from ten minutes' duration on.
 
     >>> instant(231.42, 300.0), instant(7_009.4, 14_222.0)
     ('231 s', '1:56:49')
@@ -335,7 +333,7 @@ def instant(seconds: float, duration_s: float) -> str:
 
 
 def spoken(seconds: float) -> str:
-    """Return a time as one says it.
+    """Return a time with one unit, as people say it.
 
     >>> spoken(40.0), spoken(7200.0), spoken(1e9)
     ('40 s', '2 h', '32 years')

@@ -1,4 +1,4 @@
-"""Changes of single keys in a YAML text: what stands beside them, comments too, stays as it is."""
+"""Changes of single keys in a YAML text, which leave everything else, comments too, as it is."""
 
 import copy
 import json
@@ -11,15 +11,15 @@ import yaml
 from .plain_data import Path, dotted
 from .plain_yaml import read_yaml, scalar
 
-# What stands for "this key goes".
+# A value that means: remove the key.
 REMOVED = object()
 
-# A word that means itself wherever it stands, as names of parts and files do.
+# A word that needs no quotes anywhere, such as the name of a part or file.
 BARE = re.compile(r"[A-Za-z_][\w./+-]*")
 
 
 def flow(value: Any) -> str:
-    """Return a value in one line, as it may stand behind any key.
+    """Return a value as one line of YAML.
 
     >>> flow({"positions_m": [[0, -40.5]], "model": "ring", "name": "a: b"})
     '{positions_m: [[0, -40.5]], model: ring, name: "a: b"}'
@@ -35,7 +35,7 @@ def flow(value: Any) -> str:
 
 
 def edited(text: str, changes: Iterable[tuple[Path, Any]]) -> str:
-    """Return a YAML text in which keys have other values, or are `REMOVED`, one after the other.
+    """Return a YAML text with changes of values made one after the other; `REMOVED` removes a key.
 
     >>> edited("a: {b: 1}  # why\\nc: 2\\n", [(("a", "d"), [1]), (("c",), REMOVED)])
     'a: {b: 1, d: [1]}  # why\\n'
@@ -55,7 +55,7 @@ def edited(text: str, changes: Iterable[tuple[Path, Any]]) -> str:
 
 
 def _put(data: dict[str, Any], path: Path, value: Any) -> dict[str, Any]:
-    """Return data in which a key has another value, or is not there any more."""
+    """Return data with another value of a key, or without the key."""
     inner: Any = data
     for part in path[:-1]:
         if not isinstance(inner.get(part), dict):
@@ -71,7 +71,7 @@ def _put(data: dict[str, Any], path: Path, value: Any) -> dict[str, Any]:
 
 
 def _changed(text: str, path: Path, value: Any) -> str:
-    node: Any = yaml.compose(text, Loader=yaml.SafeLoader)  # whose marks count characters
+    node: Any = yaml.compose(text, Loader=yaml.SafeLoader)  # its marks count characters
     for depth, name in enumerate(path):
         pairs = node.value
         found = next((n for n, (key, _) in enumerate(pairs) if key.value == name), None)
@@ -92,7 +92,7 @@ def _changed(text: str, path: Path, value: Any) -> str:
 
 
 def _end(node: Any) -> int:
-    """Return where a value ends, without the blank lines and comments behind a block."""
+    """Return the offset of a value's end, without blank lines and comments after a block."""
     if isinstance(node, yaml.ScalarNode) or node.flow_style or not node.value:
         return int(node.end_mark.index)
     last = node.value[-1]
@@ -100,7 +100,7 @@ def _end(node: Any) -> int:
 
 
 def _added(text: str, node: Any, path: Path, value: Any) -> str:
-    """Return the text with another entry at the end of a mapping."""
+    """Return the text with a further entry at the end of a mapping."""
     name, *below = path
     for part in reversed(below):
         value = {part: value}
@@ -115,7 +115,7 @@ def _added(text: str, node: Any, path: Path, value: Any) -> str:
 
 
 def _without(text: str, node: Any, number: int) -> str:
-    """Return the text without an entry of a mapping, nor the comment behind it."""
+    """Return the text without an entry of a mapping and the comment behind it."""
     key, value = node.value[number]
     begin, end = int(key.start_mark.index), _end(value)
     if node.flow_style:
