@@ -1,4 +1,4 @@
-"""The parts that a scenario has chosen, a family each; user-defined ones are loaded."""
+"""The parts that a scenario names, one for each family; user-defined parts are loaded here."""
 
 from collections.abc import Iterator
 from operator import attrgetter
@@ -11,7 +11,7 @@ from .scenario_keys import ScenarioKeys
 
 
 def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[str, Family[Any], PartChoice]]:
-    """Yield each key of a scenario that names a part, its family and the choice."""
+    """Yield each key of a scenario that names a part, with the family and the choice."""
     for family in FAMILIES:
         found = attrgetter(family.key)(scenario)
         yield family.key, family, found if isinstance(found, PartChoice) else found.choice
@@ -23,12 +23,12 @@ def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[str, Family[Any], PartCho
 
 
 def loaded_parts(scenario: ScenarioKeys) -> tuple[object, ...]:
-    """Return the user-defined parts of a scenario that are loaded by now."""
+    """Return the user-defined parts of a scenario that are loaded already."""
     return tuple(loaded(str(name)) for _, _, name in parts_of(scenario) if is_plugin(name))
 
 
 def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
-    """Admit and load the plug-ins that a scenario names; yield why any of them cannot be used."""
+    """Admit and load the plug-ins that a scenario names; yield an error for each unusable one."""
     for _, family, name in parts_of(scenario):
         if is_plugin(name):
             allow([name])
@@ -37,8 +37,9 @@ def load_plugins(scenario: ScenarioKeys) -> Iterator[PluginError]:
 
 
 def ready_plugins(scenario: ScenarioKeys) -> None:
-    """Load the admitted plug-ins that a scenario names: a mission asks what they say of themselves
-    (`slot_s`, `framed`) before it calls them, and must be told so in every process.
+    """Load the admitted plug-ins that a scenario names.
+
+    Every process must do so before a mission, which reads their declarations (`slot_s`, `framed`).
 
     Raises:
         PluginError: when one is not allowed, or cannot be loaded or called.

@@ -1,7 +1,7 @@
-"""Parts: a schedule, a channel, a navigator... and the list of those that ship.
+"""The families of parts (schedules, channels, navigators, ...), and the parts that ship.
 
 **Theory of operation.**  A part is one place: a function or class in one file, which holds its
-settings (a pydantic model), what it declares (its traits), its code and its words.
+settings (a pydantic model), its declarations (traits), its code and its words.
 
     class WorstFirst(ScheduleSettings):
         slots: Whole = key(4, "1", "ping groups of a round, at most", ge=1, le=9_999)
@@ -11,23 +11,23 @@ settings (a pydantic model), what it declares (its traits), its code and its wor
         ...
 
 *The list.*  A family is a key of the scenario at which a part is named.  Its parts are one line
-each: the name that a scenario uses, and ``module:object`` of this package, in the order in which
-messages list them.  That text is the only arrow from the scenario to the rooms above it.
+each: the name in a scenario, and ``module:object`` of this package, in the order in which messages
+list them.  That text is the only reference from the scenario to the packages above it.
 
-*What is asked when.*  A part is imported when somebody first asks what it declares: the chosen ones
-as a scenario is validated, all of them for the reference, the schema, or a rule that compares
-parts.  Validation must not wait for numpy, so that the file of a part imports little: what it works
-with it imports where it works.  Equations that are compiled stand in a module beside it.
+*When a part is imported.*  A part is imported when its declarations are first asked for: the chosen
+ones as a scenario is validated, all of them for the reference, the schema, or a rule that compares
+parts.  Validation must not wait for numpy, so the file of a part imports little; its functions
+import what they work with.  Compiled equations have a module beside it.
 
-*What is declared.*  Whoever must know something of a part asks its traits: the planner what to
+*What is declared.*  Code that must know something about a part asks its traits: the planner what to
 predict and what it leaves out (`approximation`), warnings what has no effect, `explain` its words.
 No name of a part is tested anywhere (`tests/test_parts.py`).  A user-defined part declares the same
-by attributes of the same names; what it does not declare has the traits' default.
+by attributes of the same names; what it does not declare has the default of the traits.
 
-*Who checks what.*  Settings of both kinds are checked with the scenario (:mod:`.part_choice`);
-answers of a user-defined part as it is asked, by :class:`...support.plugins.OwnPart`, which names
-the part, the question and the remedy.  Invariants: traits are frozen and never depend on the
-scenario; whoever calls a part has its settings bound to it.
+*Checks.*  Settings of both kinds are checked with the scenario (:mod:`.part_choice`); answers of a
+user-defined part when it is asked, by :class:`...support.plugins.OwnPart`, whose message names the
+part, the question and the remedy.  Invariants: traits are frozen and never depend on the scenario;
+a part is called with its settings bound to it.
 """
 
 from collections.abc import Mapping
@@ -44,60 +44,60 @@ Made = TypeVar("Made")
 
 @dataclass(frozen=True, kw_only=True)
 class Traits:
-    """What a part of any family declares: the model of its `settings`, and in which place advice
-    tries it where a scenario has another (`advised`; 0: it does not).
+    """Declarations of a part of any family: the model of its `settings`; and its rank among the
+    parts that advice tries in place of the chosen one (`advised`; 0: it is not tried).
     """
 
     settings: type[Settings] = Settings
     advised: int = 0
 
     def __call__(self, part: Made) -> Made:
-        """Let a function or class that ships declare this: its decorator."""
+        """Declare these traits of a shipped function or class, as its decorator."""
         part.traits = self  # type: ignore[attr-defined]  # a function has no such attribute
         return part
 
 
 class ScheduleSettings(Settings):
-    """What the settings of a schedule say of its rounds; those that have none say this."""
+    """What the settings of a schedule say about its rounds; these are the defaults."""
 
     @property
     def most_groups(self) -> int | None:
-        """How many ping groups a round has at most; None for one for each AUV."""
+        """The largest number of ping groups in a round; None: as many as AUVs."""
         return None
 
     @property
     def shares_calls(self) -> bool:
-        """Whether AUVs that no ASV hears two of may be called at once."""
+        """Whether ASVs may call, at once, AUVs of which no ASV hears two."""
         return False
 
     @property
     def pause_s(self) -> float:
-        """The pause (s) between two arrivals that are packed."""
+        """The pause (s) between two packed arrivals."""
         return 0.0
 
 
 @dataclass(frozen=True)
 class ScheduleTraits(Traits):
-    """Who pings when.
+    """Declarations of a schedule, which decides when AUVs ping.
 
-    `groups`: how the ping groups of a round come about.  `frame`: a round is one AUV's; `each`:
-        every AUV has its own slot; `first_fit`: AUVs that no ASV hears two of share a slot,
-        coloured greedily in the order of their numbers; `saturation`: the same, the most
-        constrained AUV first; "": they cannot be known beforehand.  A schedule that colours in
-        another order has an `approximation`.
+    `groups`: the ping groups of a round.  `frame`: a round is one AUV's; `each`: every AUV has a
+        slot of its own; `first_fit`: AUVs share a slot if no ASV hears two of them, coloured
+        greedily in the order of their numbers; `saturation`: the same, the most constrained AUV
+        first; "": they are not known beforehand.  A schedule that colours in another order has an
+        `approximation`.
     `framed`, `turn`: whose turn a frame is: by `rotation`, or by `lot`.
     `access`: AUVs ping in the `slots` that they are given; at the instants of a Poisson process
-        (`poisson`); at the next of equal slots (`slotted`); once they hear no other (`sensing`); or
+        (`poisson`); at the next of equal slots (`slotted`); when they hear no other (`sensing`); or
         by a `program` (`protocol.access`).
-    `is_proved`: the verifier's rules (`apps/verification/rules.py`) hold for it: AUVs that share a
-        slot are those that no ASV within range hears two of.
-    `renumbers`: an AUV's slot may be another in each round.
-    `approximation`: what a prediction leaves out; `groups` are then what it takes instead.
-    `pace`: how long slots are that are not all T_UL: until the called AUV has `answered`, or until
+    `is_proved`: the verifier's rules (`apps/verification/rules.py`) hold: AUVs share a slot only if
+        no ASV within range hears two of them.
+    `renumbers`: an AUV's slot may differ from round to round.
+    `approximation`: what a prediction leaves out; it then assumes these `groups`.
+    `pace`: the length of slots that are not all T_UL: until the called AUV has `answered`, or until
         the next of the `packed` arrivals.
-    `turn_by`: what `explain` names beside the slot as the reason of a turn.
+    `turn_by`: the reason of a turn that `explain` names beside the slot.
     `chooses`: some AUVs have no turn in a round.
-    `is_proposed`: plans try it where a scenario has another.
+    `is_proposed`: plans try it in place of another schedule.
     """
 
     settings: type[Settings] = ScheduleSettings
@@ -120,37 +120,37 @@ class ScheduleTraits(Traits):
 
     @property
     def names_all(self) -> bool:
-        """Whether each AUV has a turn in every round."""
+        """Whether every round has a turn for each AUV."""
         return not self.framed and not self.chooses
 
     @property
     def random_access(self) -> bool:
-        """Whether AUVs ping as they like."""
+        """Whether AUVs choose themselves when they ping."""
         return self.access != "slots"
 
     @property
     def shares_slots(self) -> bool:
-        """Whether AUVs that no ASV hears two of share a slot."""
+        """Whether AUVs share a slot if no ASV hears two of them."""
         return self.groups in ("first_fit", "saturation")
 
     @property
     def is_shared_and_proved(self) -> bool:
-        """Whether they do by rules that the verifier knows."""
+        """Whether AUVs share slots by rules that the verifier knows."""
         return self.shares_slots and self.is_proved
 
     @property
     def has_exact_groups(self) -> bool:
-        """Whether its groups follow from who hears whom alone."""
+        """Whether its ping groups follow from which ASV hears which AUV alone."""
         return self.groups not in ("", "frame") and not self.approximation
 
 
 @dataclass(frozen=True)
 class AccessTraits(Traits):
-    """How AUVs ping that run a program each, as they like.
+    """Declarations of a program by which each AUV decides itself when it pings.
 
-    By which `law` it pings is told as a schedule's `access` is: no closed form tells of a
-    `program`.  Whether AUVs hear each other (`hears`), send `signals` beside pings, and ASVs run
-    the program as well (`on_asvs`).
+    `law`: when it pings, as in a schedule's `access`; for `program` there is no closed form.  AUVs
+    hear each other (`hears`), send `signals` beside pings, and ASVs run the program, too
+    (`on_asvs`).
     """
 
     law: Literal["slots", "program", "poisson", "slotted", "sensing"] = "program"
@@ -160,7 +160,7 @@ class AccessTraits(Traits):
 
 
 class AnswerSettings(Protocol):
-    """What is asked of a downlink that answers pings: what an answer is, and when it sets out."""
+    """The settings of a downlink that answers pings: the kind of answer, and when it is sent."""
 
     reply: str
     reply_at: str
@@ -169,12 +169,12 @@ class AnswerSettings(Protocol):
 
 @dataclass(frozen=True)
 class DownlinkTraits(Traits):
-    """When fixes travel, and what the next round waits for.
+    """Declarations of a downlink: when fixes are sent, and whether the next slot waits for them.
 
-    Each ping is answered by itself (`replies`), or fixes are broadcast: after each group of a round
-    (`by_group`) or after all of them; the next slot then waits for the end of the broadcast
-    (`waits`), or does not.  Rounds of a downlink that `is_foreseen` begin at instants that a frame
-    can tell a round before.  What becomes of a round's fixes, `in_words`.
+    Each ping is answered by itself (`replies`), or fixes are broadcast after each group of a round
+    (`by_group`) or after all groups.  The next slot `waits` for the end of the broadcast, or does
+    not. If `is_foreseen`, a frame can announce when the next round begins.  `in_words` says what
+    happens to a round's fixes.
     """
 
     replies: bool = False
@@ -185,17 +185,17 @@ class DownlinkTraits(Traits):
 
     @property
     def tells_ahead(self) -> int:
-        """How many rounds ahead is the one whose slots a frame tells."""
+        """How many rounds ahead a frame announces slots."""
         return 1 if self.waits else 2
 
 
 @dataclass(frozen=True)
 class BroadcasterTraits(Traits):
-    """Which ASV broadcasts.
+    """Declarations of a broadcaster, which chooses the ASV that broadcasts.
 
-    The next one (`turn`), one drawn by `lot`, always `one`, that which has measured the most fixes
-    (`hearing`), or that nearest to them (`distance`): nearest to each, `at_once` with others, or to
-    all together.
+    It is the next ASV (`turn`), one drawn by `lot`, always `one`, the one that has measured the
+    most fixes (`hearing`), or the one nearest to the AUVs (`distance`): with `at_once` each AUV's
+    nearest ASV, all at once, else the nearest to all of them.
     """
 
     chosen_by: Literal["", "turn", "lot", "one", "hearing", "distance"] = ""
@@ -209,8 +209,10 @@ class BroadcasterTraits(Traits):
 
 @dataclass(frozen=True)
 class RangingTraits(Traits):
-    """How a range is measured: ASVs ping and AUVs fix themselves (`asvs_ping`), or AUVs ping, at
-    their `own_clocks`, which need no slot, or in answer to a call (`calls`), whose both ways are
+    """Declarations of a ranging: how a range is measured.
+
+    ASVs ping and AUVs compute their own fixes (`asvs_ping`); or AUVs ping, by their `own_clocks`,
+    so that no slot is needed, or in answer to a call (`calls`), and the two-way travel time is
     measured.
     """
 
@@ -220,8 +222,8 @@ class RangingTraits(Traits):
 
 
 class DisseminationSettings(Protocol):
-    """What is asked of knowledge by frames: the bytes that tell an AUV its slot, and what an AUV
-    does that missed them.
+    """The settings of knowledge by frames: the bytes that announce a slot to an AUV, and what an
+    AUV does that `missed` them.
     """
 
     assignment_bytes: int
@@ -230,15 +232,15 @@ class DisseminationSettings(Protocol):
 
 @dataclass(frozen=True)
 class KnowledgeTraits(Traits):
-    """Who knows the slots of a round: everybody at once, or AUVs that frames name (`by_frames`)."""
+    """Whether AUVs learn the slots of a round `by_frames`; else all know them at once."""
 
     by_frames: bool = False
 
 
 @dataclass(frozen=True)
 class InstrumentTraits(Traits):
-    """What is made of a ping: it `times_arrivals` at the elements of an array, or errs as a data
-    sheet has it (`is_stated`).
+    """Declarations of a USBL instrument: it `times_arrivals` at the elements of an array, or has
+    the errors that a data sheet states (`is_stated`).
     """
 
     times_arrivals: bool = False
@@ -246,9 +248,7 @@ class InstrumentTraits(Traits):
 
 
 class Lossy(Settings):
-    """What every channel has, a user-defined one as well: how long losses last, which speed it
-    bears.
-    """
+    """Settings of every channel, user-defined ones too: duration of losses, largest Doppler."""
 
     burst_s: Real | None = key(
         None,
@@ -270,11 +270,13 @@ class Lossy(Settings):
 
 @dataclass(frozen=True)
 class ChannelTraits(Traits):
-    """What becomes of sound: if it `ends_at_range` nothing is heard beyond; with a channel that
-    `has_levels` one knows how loud it is.  Within its range it may lose pings, and frames unless it
-    `keeps_frames`.  Pings may have echoes (`has_echoes`), or rays are traced (`traces_rays`), where
-    the bottom is given; what was measured has a `reach_of_its_own`.  Of one that goes `by_link`
-    nobody can tell by places alone, but which vehicles there are.
+    """Declarations of a channel, which decides whether a signal is decoded.
+
+    Nothing is decoded beyond the range (`ends_at_range`); received levels are known (`has_levels`).
+    Within range it may lose pings, and frames unless it `keeps_frames`.  Where the bottom is given,
+    pings have echoes (`has_echoes`) or rays are traced (`traces_rays`).  A measured channel has a
+    `reach_of_its_own`.  `by_link`: it depends on which vehicles send and listen, not on their
+    positions alone.
     """
 
     frame_settings: type[Settings] = Settings
@@ -289,9 +291,11 @@ class ChannelTraits(Traits):
 
 @dataclass(frozen=True)
 class NavigatorTraits(Traits):
-    """What an AUV makes of a fix: nothing (`ignores_fixes`), a fixed share of it (`has_gain`), or
-    as much as it is worth by its covariance (`weighs`); `is_smoother` if it revises what was
-    before.  One of somebody's own is given what it `wants`: fused fixes, or receptions.
+    """Declarations of a navigator, which corrects dead reckoning by fixes.
+
+    It ignores fixes (`ignores_fixes`), applies a fixed gain (`has_gain`), or weighs them by
+    covariance (`weighs`); `is_smoother`: it revises earlier estimates.  A user-defined one gets
+    what it `wants`: fused fixes, or receptions.
     """
 
     weighs: bool = False
@@ -303,7 +307,7 @@ class NavigatorTraits(Traits):
 
 @dataclass(frozen=True)
 class PeerTraits:
-    """How AUVs measure each other: by asking first (`asks`), and whether that `ranges`."""
+    """How AUVs measure each other: one `asks` first, or none does; and whether it `ranges`."""
 
     asks: bool = False
     ranges: bool = True
@@ -318,7 +322,7 @@ PEERS: Mapping[str, PeerTraits] = {
 
 @dataclass(frozen=True)
 class HullTraits(Traits):
-    """What a vehicle is: it moves by equations of motion (`has_dynamics`), or as it is planned."""
+    """Whether a vehicle moves by equations of motion (`has_dynamics`); else exactly as planned."""
 
     has_dynamics: bool = True
 
@@ -353,7 +357,7 @@ ACCESS = Family(
     },
     AccessTraits(),
 )
-# The programs of schedules by which AUVs ping as they like, by their `access`
+# The programs of random access, by the `access` of their schedules
 BY_SCHEDULE = {
     "slots": "scheduled",
     "poisson": "aloha",
@@ -477,6 +481,6 @@ FAMILIES: tuple[Family[Any], ...] = (
 
 
 def advised(family: Family[Any]) -> tuple[str, ...]:
-    """Return the parts of a family that advice tries, in the order in which it does."""
+    """Return the parts of a family that advice tries, in that order."""
     tried = [name for name, traits in family.traits.items() if traits.advised]
     return tuple(sorted(tried, key=lambda name: family.traits[name].advised))

@@ -1,4 +1,4 @@
-"""What each AUV is to fly: its path, and where along it its lanes are."""
+"""Flight plans: the path of each AUV, and which stretches of it are lanes."""
 
 import math
 from collections.abc import Sequence
@@ -29,18 +29,18 @@ from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 if TYPE_CHECKING:
     from ..geometry.ways import Water
 
-# What vehicles with dynamics take longer than their plan says: starting from rest (s), and a share
-# of the whole for turns that they follow loosely.
+# Margin for vehicles with dynamics over their plan: for the start from rest (s), and a share of the
+# whole for turns that they follow loosely.
 STARTING_S, LOOSELY = 10.0, 0.05
 
-# Standard deviations of a varying current that are reckoned with.
+# Standard deviations of a varying current that a plan allows for.
 SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
 class Planner:
-    """What plans follow from: AUVs and the route that they share, with its places in metres; the
-    area, the heading of its lanes (rad), and the radius (m) of each AUV's turns.
+    """The inputs of flight plans: AUVs and the route that they share, in metres; the area, the
+    heading of its lanes (rad), and the turning radius (m) of each AUV.
     """
 
     auvs: Sequence[Auv]
@@ -51,7 +51,7 @@ class Planner:
     _waters: "dict[float, Water]" = field(default_factory=dict)
 
     def plans(self) -> tuple[FlightPlan, ...]:
-        """Return what each AUV is to fly (routes lawnmower and waypoints).
+        """Return the flight plan of each AUV (routes lawnmower and waypoints).
 
         Raises:
             ValueError: when the route cannot be flown.
@@ -65,9 +65,7 @@ class Planner:
         return tuple(self._surfaced(plan, auv) for auv, plan in enumerate(plans))
 
     def _surfaced(self, plan: FlightPlan, auv: int) -> FlightPlan:
-        """Return the plan of an AUV, with its ascents to the surface where its route asks for
-        them.
-        """
+        """Return the plan of an AUV with ascents to the surface, if its route has them."""
         route, speed = self.route.surfacing, self.auvs[auv].speed_m_per_s
         if route is None or route.surface_every_s is None:
             return plan
@@ -80,7 +78,7 @@ class Planner:
         )
         path, breaks = surfaced(plan.path, asked)
         lanes = []
-        for begin, end in plan.lanes:  # what is flown at the surface, or towards it, is no lane
+        for begin, end in plan.lanes:  # ascents, and stretches at the surface, are no lanes
             ends = [begin, *(ascent for ascent in breaks if begin < ascent < end), end]
             circled = asked.length * sum(ascent <= begin for ascent in breaks)
             for first, last in pairwise(ends):
@@ -114,7 +112,7 @@ class Planner:
             if water is None:
                 water = self._waters[radius] = water_of(here, radius, inside=share.inside)
             if start is not None and not water.rooms[0].afloat(start):
-                start = None  # it begins with its first lane
+                start = None  # the plan begins with its first lane
             plan = over_water(share.lanes, spacing, route.turns, water, launch or start, recovery)
             return FlightPlan(plan.path.turned(heading), plan.lanes, plan.tour.turned(heading))
         path, lanes = lawnmower(
@@ -124,7 +122,7 @@ class Planner:
         return FlightPlan(path.turned(heading), lanes, tour.turned(heading))
 
     def _along_points(self, auv: int) -> FlightPlan:
-        """Return the plan of an AUV along way points, from first to last one lane."""
+        """Return the plan of an AUV along way points; from the first to the last is one lane."""
         _, group, _, _, launch, recovery = self.auvs[auv]
         points, radius = self.route.places[auv], self.radii[auv]
         before = launch is not None and dist(launch, points[0]) >= SHORTEST_LANE
@@ -149,7 +147,7 @@ class Planner:
 
 
 def shares_of(area: Area, heading: float, route: Lawnmower, auvs: int) -> list[Share]:
-    """Return the lanes of each of so many AUVs, in the frame of the lanes' heading (rad).
+    """Return each AUV's share of the lanes, in the frame of the lanes' heading (rad).
 
     Raises:
         ValueError: when there are fewer lanes than AUVs that are to share them.
@@ -166,11 +164,11 @@ def shares_of(area: Area, heading: float, route: Lawnmower, auvs: int) -> list[S
 def survey_end(
     auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
 ) -> SurveyEnd:
-    """Return when (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
+    """Return when (s) the last AUV has flown its lanes, or reached its recovery place, if any.
 
-    AUVs without dynamics do what is planned.  What others do is known only once they have done it:
-    for them it is an upper bound, the plan at the speed that the current leaves them (it and three
-    standard deviations of what it varies), and a little for starting and turns.
+    For AUVs without dynamics this is exact.  For others it is an upper bound: the plan at the speed
+    left by the current (plus three standard deviations of its variation), with a margin for start
+    and turns.
 
     Raises:
         ValueError: when a current leaves no headway, or the survey takes longer than a mission may.
@@ -184,8 +182,9 @@ def survey_end(
 def flown_s(
     auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
 ) -> list[float]:
-    """Return when (s) each AUV has flown its lanes, and is where it is recovered, if anywhere; 0 of
-    those that fly none.
+    """Return when (s) each AUV has flown its lanes, or reached its recovery place, if any.
+
+    It is 0 without lanes.
 
     Raises:
         ValueError: when a current leaves no headway.
@@ -193,7 +192,7 @@ def flown_s(
     ends = [0.0] * len(auvs)
     against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
     for auv, plan in zip(auvs, plans, strict=True):
-        if plan is None:  # it flies none
+        if plan is None:
             continue
         length = plan.lanes[-1][1] if auv.recovery_m is None else plan.path.length
         speed = auv.speed_m_per_s

@@ -1,7 +1,7 @@
-"""The AUVs of a scenario one by one: what `auvs.groups` says of each, or else what is said of all.
+"""The AUVs of a scenario one by one: keys of `auvs.groups`, or else the keys for all AUVs.
 
-Whoever asks how fast, how deep or by which hull an AUV goes asks here, and need not know whether a
-fleet is mixed: one without groups is a single group of all.
+A fleet without groups is a single group, so code that needs an AUV's speed, depth or hull asks here
+and need not know whether the fleet is mixed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,17 +18,16 @@ from .sections.routes import Route
 from .sections.vehicles import AuvGroup, AuvVehicle
 from .shipped_settings import Kinematic
 
-# Keys of a group that are not of `auvs` where they are said of all: how deep AUVs go, and how wrong
-# their own sensors are.
+# Keys of a group that for all AUVs are not in `auvs`: the depth, and the errors of own sensors.
 DEPTH = "depth_m"
 ERRORS = tuple(name for name in AuvGroup.model_fields if name in Navigation.model_fields)
 
 
-# Keys of one value for all, and those of one for each
+# Keys with one value for all AUVs, and the keys with one for each
 LISTED = {"speed_m_per_s": "speeds_m_per_s", DEPTH: "depths_m"}
 
 
-# The section in which a key of a group stands where it is said of all
+# The section that has a group's key for all AUVs
 SECTIONS = {
     **dict.fromkeys(AuvGroup.model_fields, "auvs"),
     **dict.fromkeys(ERRORS, "navigation"),
@@ -38,35 +37,33 @@ SECTIONS = {
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """AUVs that are alike, by their numbers (`members`), and what was said of them alone (`own`:
-    those of a scenario without groups have nothing of their own).
-    """
+    """AUVs that are alike, by number (`members`), and the keys of their group (`own`), if any."""
 
     scenario: ScenarioKeys
     number: int
     members: range
     own: AuvGroup | None
-    #: What they are, where they go, how they navigate, and how wrong their own sensors are.
+    #: Their model, route and navigation.
     vehicle: AuvVehicle
     route: Route
     navigation: Navigation
-    #: The smallest turning radius (m) of those without dynamics; the angle (deg) at which they join
-    #: a line again; whether they steer by where they believe to be.
+    #: The smallest turning radius (m) without dynamics; the angle (deg) at which they rejoin a
+    #: line; whether they steer by their estimates.
     turning_radius_m: float
     join_angle_deg: float
     by_estimate: bool
-    #: How long (s) they can be in the water; None: long enough.
+    #: How long (s) they can be in the water; None: no limit.
     endurance_s: float | None
 
     def key(self, name: str) -> str:
-        """Return the dotted key at which it is said."""
+        """Return the dotted key that sets a value of this group, by the key's name."""
         section, listed = SECTIONS[name], LISTED.get(name, name)
         key, given = f"{section}.{name}", getattr(getattr(self.scenario, section), listed)
         own = self.place(key)
         return f"{section}.{listed}" if own == key and given is not None else own
 
     def place(self, key: str) -> str:
-        """Return where a dotted key of a scenario is said of this group.
+        """Return the key of this group, if it has one, that replaces a dotted key for all AUVs.
 
         >>> from bindusbl_des import Scenario, Setup
         >>> own = {"groups": [{"count": 1, "depth_m": 5.0}, {"count": 2}]}
@@ -80,7 +77,7 @@ class Group:
 
     @cached_property
     def alone(self) -> ScenarioKeys:
-        """The keys of the scenario, were all its AUVs such; whether they agree is not asked."""
+        """The scenario's keys as if all its AUVs were of this group; they are not validated."""
         if self.own is None:
             return self.scenario
         given = {name: getattr(self.own, name) for name in type(self.own).model_fields}
@@ -99,7 +96,7 @@ class Group:
 
     @property
     def own_keys(self) -> list[str]:
-        """The keys, said of all AUVs, that are said of this group alone."""
+        """The keys for all AUVs that this group replaces."""
         names = [name for name in AuvGroup.model_fields if name != "count"]
         return [
             f"{SECTIONS[name]}.{name}"
@@ -109,14 +106,14 @@ class Group:
 
     @property
     def words(self) -> str:
-        """Their names, such as AUV0 or AUV1 to AUV3."""
+        """The AUVs' names, such as AUV0 or AUV1 to AUV3."""
         first, last = self.members[0], self.members[-1]
         return f"AUV{first}" if first == last else f"AUV{first} to AUV{last}"
 
 
 class Auv(NamedTuple):
-    """An AUV: its number and group; how fast (m/s) and deep (m) it goes; where it is launched and
-    recovered (m), None where its route says.
+    """An AUV: its number and group, speed (m/s) and depth (m), and the places (m) of launch and
+    recovery, None where its route decides.
     """
 
     number: int
@@ -129,9 +126,7 @@ class Auv(NamedTuple):
 
 @dataclass(frozen=True)
 class Wing:
-    """AUVs that share a route, by their numbers, and the key at which it is asked for; whether
-    others have another (`is_partial`).
-    """
+    """AUVs that share a route, by number, and its key; `is_partial` if other AUVs have others."""
 
     key: str
     asked: Route
@@ -168,7 +163,7 @@ def groups_of(scenario: ScenarioKeys) -> Iterator[Group]:
 
 
 def auvs_of(scenario: ScenarioKeys, groups: Sequence[Group]) -> Iterator[Auv]:
-    """Yield the AUVs of groups; lists that are too short, which is told elsewhere, say nothing."""
+    """Yield the AUVs of groups; a list that is too short, an error elsewhere, gives None."""
     for group in groups:
         columns: list[list[Any]] = []
         count, start = len(group.members), group.members.start
@@ -189,9 +184,7 @@ def auvs_of(scenario: ScenarioKeys, groups: Sequence[Group]) -> Iterator[Auv]:
 
 
 def wings_of(groups: "tuple[Group, ...]") -> Iterator[Wing]:
-    """Yield who shares which route: all of those groups whose route is that of all, then each group
-    that has one of its own.
-    """
+    """Yield the AUVs that share a route: those with the route for all, then each other group."""
     routes = [None if group.own is None else group.own.route for group in groups]
     pairs = list(zip(groups, routes, strict=True))
     shared = tuple(chain.from_iterable(group.members for group, route in pairs if route is None))

@@ -1,8 +1,8 @@
-"""What a scenario's keys are made of: strict numbers and texts; and former names and places.
+"""Types of scenario keys: strict numbers and texts; former names and places of keys.
 
-A key that is a setting of one part now is still read at its former place, which its section names
-in `MOVED`: in a file by :mod:`.files.former_keys`, at its line and with a warning, before anything
-is read from it; in Python by the section itself.
+A section lists in `MOVED` the keys that are now settings of a part, and are still read at their
+former places: in a file by :mod:`.files.former_keys`, with a warning at the line, before anything
+else is read; in Python by the section itself.
 """
 
 import warnings
@@ -38,12 +38,12 @@ Point = tuple[Coordinate, Coordinate]
 
 
 def angle_of(sides: str) -> BeforeValidator:
-    """Return what reads texts such as "33 51.4 S" as degrees."""
+    """Return a validator that reads texts such as "33 51.4 S" as degrees."""
 
     def read(value: Any) -> Any:
         if not isinstance(value, str):
             return value
-        from ...models.charts.positions import angle  # which numbers do not need
+        from ...models.charts.positions import angle  # not needed for numbers
 
         try:
             return angle(value, sides)
@@ -66,7 +66,7 @@ def _place(value: Any) -> Any:
 
 
 def or_text(most: int, *others: str) -> WithJsonSchema:
-    """Return the schema of an angle (deg) up to so many, a text, or values of other types."""
+    """Return the JSON schema of an angle (deg) of at most `most`, a text, or other types."""
     number = {"type": "number", "minimum": -most, "maximum": most}
     return WithJsonSchema({"anyOf": [number, *({"type": kind} for kind in ("string", *others))]})
 
@@ -81,7 +81,7 @@ Position = Annotated[tuple[Latitude, Longitude], BeforeValidator(_place)]
 
 
 def known_preset(kind: str, name: str) -> str:
-    """Refuse a name that no preset of a kind has."""
+    """Return a preset's name; refuse one that no preset of the kind has."""
     try:
         return preset(kind, name).name
     except ValueError as error:
@@ -89,14 +89,14 @@ def known_preset(kind: str, name: str) -> str:
 
 
 class Part(BaseModel):
-    """A frozen part of a scenario; a key that is not listed is a mistake, never ignored."""
+    """A frozen part of a scenario; an unlisted key is a mistake, never ignored."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
 
     @model_validator(mode="before")
     @classmethod
     def _without_numpy(cls, data: Any) -> Any:
-        """Take numbers and arrays of numpy's for those of Python's, which alone are valid."""
+        """Replace numbers and arrays of numpy by Python's, since only these are valid."""
         if not isinstance(data, dict) or not any(
             hasattr(value, "tolist") for value in data.values()
         ):
@@ -106,10 +106,10 @@ class Part(BaseModel):
         }
 
     def otherwise(self, **values: Any) -> None:
-        """Give keys that were left out another default than their own, as other keys ask for it.
+        """Set other defaults for keys that were left out, because of other keys.
 
-        They stay keys that nobody has given, so that a scenario that is written out and read again
-        says the same, and one that is changed forgets them.
+        They still count as not given, so that a scenario that is written and read again is the
+        same, and one that is changed gets its own defaults.
         """
         self.__dict__.update(
             {name: value for name, value in values.items() if name not in self.model_fields_set}
@@ -127,9 +127,9 @@ def key(default: Any, unit: str, meaning: str, source: str = OURS, **bounds: Any
 
 
 class Renamed(str):
-    """A word of a scenario that was given by its former name, which `written` remembers.
+    """A word of a scenario given by its former name, which is kept as `written`.
 
-    It equals the word it stands for, and is kept and fingerprinted as that.
+    It equals the word that it stands for, and is stored and fingerprinted as that word.
 
     >>> Renamed("last_fix", "estimate") == "last_fix", Renamed("last_fix", "estimate").written
     (True, 'estimate')
@@ -147,7 +147,7 @@ class Renamed(str):
 
 
 def formerly(**names: str) -> WrapValidator:
-    """Return what lets a key be given by former names of its words as well: old name = new name."""
+    """Return a validator that also accepts former names of a key's words: old name = new name."""
 
     def read(value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
         if isinstance(value, str) and value in names:
@@ -158,7 +158,7 @@ def formerly(**names: str) -> WrapValidator:
 
 
 class Moved(NamedTuple):
-    """A key that has become a setting, of the same name, of the part `owner` at the key `part`."""
+    """A key that is now a setting, of the same name, of the part `owner` at the key `part`."""
 
     name: str
     part: str
@@ -166,12 +166,12 @@ class Moved(NamedTuple):
 
 
 def moved(data: Mapping[str, Any], move: Moved, usual: str) -> dict[str, Any]:
-    """Return the data of a section with a key that it holds where this belongs now.
+    """Return the data of a section with a moved key at its new place.
 
-    `usual` is the part of a section that names none.
+    `usual` is the part in a section that names none.
 
     Raises:
-        LookupError: when the part chosen has no such setting, or has it already; with the remedy.
+        LookupError: when the chosen part has no such setting, or has it already; with the remedy.
     """
     part = data.get(move.part, usual)
     if chosen(part) != move.owner:
@@ -188,26 +188,26 @@ def moved(data: Mapping[str, Any], move: Moved, usual: str) -> dict[str, Any]:
 
 
 def chosen(part: Any) -> str:
-    """Return the name of the part that a value asks for, as plain data or as an object."""
+    """Return the name of the part in a value, which is plain data or an object."""
     name = part.get("model") if isinstance(part, Mapping) else getattr(part, "model", part)
     return str(name)
 
 
 def _settings_of(part: Any) -> dict[str, Any]:
-    """Return the settings that a value gives a part, as plain data or as an object."""
+    """Return the settings of the part in a value, which is plain data or an object."""
     plain_part = part if isinstance(part, Mapping) else getattr(part, "plain", dict)()
     given = plain_part if isinstance(plain_part, Mapping) else {}
     return {name: value for name, value in given.items() if name != "model"}
 
 
 class Section(Part):
-    """A section of which keys have become settings of the parts that it names."""
+    """A section some of whose keys are now settings of the parts that it names."""
 
     MOVED: ClassVar[tuple[Moved, ...]] = ()
 
     @classmethod
     def usual(cls, part: str) -> str:
-        """Return the name of the part at one of its keys where none is given."""
+        """Return the default part at one of its keys."""
         return chosen(cls.model_fields[part].default)
 
     @model_validator(mode="before")
@@ -231,7 +231,7 @@ class Section(Part):
 
 
 def which_tracks(whose: str) -> Any:
-    """Return the key that names the tracks of vehicles in files that hold several."""
+    """Return the key that names the tracks of vehicles in files with several tracks."""
     return key(
         (),
         "",
@@ -240,7 +240,7 @@ def which_tracks(whose: str) -> Any:
     )
 
 
-# Where instants of files count from
+# The origin of times in files
 TIME_OFFSET_S = key(
     0.0,
     "s",
@@ -251,5 +251,5 @@ TIME_OFFSET_S = key(
 
 
 def sources(files: tuple[str, ...], tracks: tuple[str, ...]) -> list[tuple[str, str]]:
-    """Return files of tracks, and which of the tracks in each is meant, "" for its only one."""
+    """Return the files of tracks, each with the name of its track, "" for the only one."""
     return list(zip(files, tracks or ("",) * len(files), strict=False))

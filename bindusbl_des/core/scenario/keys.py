@@ -1,7 +1,7 @@
 """Every key of a scenario file: its type, unit, default, range, meaning and source.
 
-The rows come from the models in :mod:`.scenario_keys`, so that what `params` prints,
-what messages say and what is checked cannot differ.
+The rows come from the models in :mod:`.scenario_keys`, so what `params` prints, messages and checks
+cannot differ.
 """
 
 import re
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 REQUIRED = "(required)"
 
-# Parts of the mission: those that ship, or one's own.
+# The parts at each key: those that ship, and user-defined ones.
 OWN_PART = "module:object"
 PARTS = {family.name_key: (*family.siblings, *[OWN_PART] * family.is_open) for family in FAMILIES}
-# Sections that are parts, and the key in each that names it.
+# Sections that are parts, and the key in each that names the part.
 WORDS = {family.key: family.word for family in FAMILIES if family.word}
 
 
 def as_for_all(key: str) -> str:
-    """Return the key, said of all AUVs, that is said of one group of them; others are themselves.
+    """Return the key for all AUVs that a group's key replaces; any other key unchanged.
 
     >>> as_for_all("auvs.groups.0.route.kind"), as_for_all("auvs.groups.drift"), as_for_all("x")
     ('auvs.route.kind', 'navigation.drift', 'x')
@@ -50,11 +50,11 @@ def as_for_all(key: str) -> str:
 
 @dataclass(frozen=True)
 class Key:
-    """One key of the scenario file; `only` names the route or placements it belongs to, "" for all.
+    """One key of the scenario file.
 
-    Of a setting, `only` names the parts whose setting it is.
-    `kind` is its type in words, `choices` its allowed words if it has such (`module:object` stands
-    for a part of one's own), `default` and `range` are written as in a file.
+    `only` names the route or placements that have the key, or the parts that have the setting; ""
+    for all. `kind` is its type in words, `choices` are its allowed words, if any (`module:object`
+    stands for a user-defined part); `default` and `range` are written as in a file.
     """
 
     key: str
@@ -69,7 +69,7 @@ class Key:
 
     @property
     def section(self) -> str:
-        """The dotted name of the section it stands in."""
+        """The dotted name of its section."""
         return self.key.rpartition(".")[0]
 
     @property
@@ -79,12 +79,12 @@ class Key:
 
     @property
     def condition(self) -> str:
-        """What must be chosen for it, such as `auvs.route.kind: hold`; "" if nothing."""
+        """The choice that it belongs to, such as `auvs.route.kind: hold`; "" if to all."""
         return f"{self.section}.{self.chooser}: {self.only}" if self.only else ""
 
     @property
     def chooser(self) -> str:
-        """The key beside it that says what it is a key of."""
+        """The key beside it that makes the choice to which it belongs."""
         return WORDS.get(self.section, "model")
 
 
@@ -96,9 +96,9 @@ def keys() -> tuple[Key, ...]:
 
 @cache
 def settings() -> tuple[Key, ...]:
-    """Return every setting of the parts that ship, one row each; they are given in a mapping.
+    """Return every setting of the parts that ship, one row each; a part with settings is a mapping.
 
-    What several parts of a family have alike is one row, `only` of them all.
+    A setting that several parts of a family share is one row, with all these parts in `only`.
     """
     found: dict[Key, list[str]] = {}
     for family in FAMILIES:
@@ -109,13 +109,13 @@ def settings() -> tuple[Key, ...]:
 
 
 def settable() -> tuple[Key, ...]:
-    """Return what may be set and varied: every key, and every setting of the parts that ship."""
+    """Return what can be set and varied: every key, and every setting of the parts that ship."""
     return (*keys(), *settings())
 
 
 @cache
 def items() -> tuple[Key, ...]:
-    """Return every key of the items of lists, such as `asvs.failures.at_s`, one row each."""
+    """Return every key in items of lists, such as `asvs.failures.at_s`, one row each."""
     return tuple(_item_rows(ScenarioKeys, ""))
 
 
@@ -138,7 +138,7 @@ def json_schema() -> dict[str, Any]:
     of_group["anyOf"] = [*route["anyOf"], {"type": "null"}]
     for family in (family for family in FAMILIES if not family.word):
         part = _property(schema, family.key)
-        if "pattern" in part:  # any text, as far as its type knows
+        if "pattern" in part:  # its type allows any text
             del part["type"], part["pattern"]
             part["anyOf"] = list(_part_schemas(family))
         elif family.settings:  # beside coefficients
@@ -161,7 +161,7 @@ def _property(schema: dict[str, Any], key: str) -> dict[str, Any]:
 
 
 def _part_schemas(family: Family[Any]) -> Iterator[dict[str, Any]]:
-    """Yield what may stand at the key of a family: a name, or a mapping with settings."""
+    """Yield the schemas of values at the key of a family: a name, or a mapping with settings."""
     own = {"type": "string", "pattern": "^[^:]+:[^:]+$"}
     bare = [name for name in family.siblings if name not in family.settings]
     yield {"type": "string", "enum": list(family.siblings)}
@@ -175,7 +175,7 @@ def _part_schemas(family: Family[Any]) -> Iterator[dict[str, Any]]:
 
 
 def _setting_schema(names: list[str], model: "type[BaseModel] | None") -> dict[str, Any]:
-    """Return the schema of a mapping that names one of these parts, and sets it."""
+    """Return the schema of a mapping that names one of these parts, with its settings."""
     fields = model.model_json_schema()["properties"] if model else {}
     return {
         "type": "object",
@@ -186,7 +186,7 @@ def _setting_schema(names: list[str], model: "type[BaseModel] | None") -> dict[s
 
 
 def _parts(annotation: Any) -> tuple[type[Part], ...]:
-    """Return the sections that a field may hold: none, one, or the kinds of a union."""
+    """Return the sections that a field's type allows: none, one, or the arms of a union."""
     if isinstance(annotation, type) and issubclass(annotation, Part):
         return (annotation,)
     if get_origin(annotation) in (Union, UnionType):
@@ -195,7 +195,7 @@ def _parts(annotation: Any) -> tuple[type[Part], ...]:
 
 
 def _sections(model: type[Part], prefix: str) -> Iterator[tuple[str, "FieldInfo"]]:
-    """Yield each section by its dotted name; what is in it comes behind it."""
+    """Yield each section by its dotted name, followed by the sections within it."""
     for name, field in model.model_fields.items():
         parts = _parts(field.annotation)
         if parts:
@@ -231,14 +231,14 @@ def _item_rows(model: type[Part], prefix: str) -> Iterator[Key]:
 
 
 def _items(annotation: Any) -> tuple[type[Part], ...]:
-    """Return the section that each item of a list is, if they are."""
+    """Return the section that each item of a list is; none if items are no sections."""
     return _parts(get_args(annotation)[0]) if get_origin(annotation) is tuple else ()
 
 
 def _union_rows(parts: tuple[type[Part], ...], prefix: str) -> Iterator[Key]:
-    """Yield one `kind` or `model` with all its choices, then the keys of each of them.
+    """Yield one row of `kind` or `model` with all its choices, then the keys of each choice.
 
-    Those of the first are keys of all where it need not be named.
+    If that need not be named, keys of the first choice have no `only`.
     """
     word = WORDS[prefix.removesuffix(".")]
     first = parts[0].model_fields[word]

@@ -1,4 +1,4 @@
-"""What was measured of a band: curves of delivery over range, and time series of links."""
+"""Measured channels: curves of delivery over range, and time series of links."""
 
 import math
 import re
@@ -8,15 +8,13 @@ from typing import NamedTuple
 
 from ...support.tables import TableRow, of_file, read_table, sifted
 
-# What a file with a curve has, and what a line of it looks like
+# Columns of a file with a curve, and an example of a line
 COLUMNS = ("range_m", "delivery_ratio")
 EXAMPLE = "such as `50,0.95`"
 
 
 class DeliveryCurve(NamedTuple):
-    """Ranges (n,), m, which increase, delivery ratios (n,), and what is to be said of rows that do
-    not count.
-    """
+    """Ranges (n,), m, increasing, delivery ratios (n,), and messages on rows that are left out."""
 
     ranges_m: tuple[float, ...]
     ratios: tuple[float, ...]
@@ -53,7 +51,7 @@ def read_curve(path: str) -> DeliveryCurve:
 
 
 def _point(row: TableRow) -> tuple[str, float, float]:
-    """Return where a row stands, its range (m) and its delivery ratio."""
+    """Return a row's place (file:line), range (m) and delivery ratio."""
     values = []
     for name in COLUMNS:
         try:
@@ -71,7 +69,7 @@ def _point(row: TableRow) -> tuple[str, float, float]:
     return row.where, away, ratio
 
 
-# What a file with links has beside what was measured, and a vehicle's name
+# Columns of a file with links beside the measured one, and the form of a vehicle's name
 LINK = ("time_s", "from", "to")
 MEASURED = ("chance", "level_db")
 VEHICLE = re.compile(r"(AUV|ASV)(\d{1,6})")
@@ -79,7 +77,7 @@ LINKS_EXAMPLE = "such as `0,AUV0,ASV1,0.9`"
 
 
 class LinkRow(NamedTuple):
-    """Where a row stands (file:line), its instant (s), who sends and who listens, the value."""
+    """A row's place (file:line), instant (s), sender and listener, and the measured value."""
 
     where: str
     time: float
@@ -89,8 +87,8 @@ class LinkRow(NamedTuple):
 
 
 class LinkSeries(NamedTuple):
-    """Rows of links, those of each by rising instants; whether their values are levels (dB), not
-    chances; and what is to be said of rows that do not count.
+    """Rows of links, with increasing instants for each link; whether their values are levels (dB),
+    not chances; and messages on rows that are left out.
     """
 
     rows: tuple[LinkRow, ...]
@@ -103,10 +101,10 @@ def read_series(path: str) -> LinkSeries:
     """Return the measured time series of links in a CSV file.
 
     Its header line has the columns time_s, from and to, and either chance, in [0, 1], or level_db;
-    instants of one link rise.
+    the instants of each link increase.
 
     Raises:
-        ValueError: naming file, line, column, value and remedy, when it is none.
+        ValueError: naming file, line, column, value and remedy, when the file is no such series.
     """
     table = read_table(path)
     missing = [name for name in LINK if name not in table.names]
@@ -139,7 +137,7 @@ def read_series(path: str) -> LinkSeries:
 
 
 def _link(column: str, row: TableRow) -> LinkRow:
-    """Return a row of links, with what was measured in a column."""
+    """Return a row of links with the value in a column."""
     numbers = []
     for name in ("time_s", column):
         text = row.cells[name]
@@ -165,7 +163,7 @@ def _link(column: str, row: TableRow) -> LinkRow:
 
 
 def read_measured(path: str) -> DeliveryCurve | LinkSeries:
-    """Return what a channel's file has: links over time, or a curve over ranges.
+    """Return the contents of a channel's file: a series of links, or a delivery curve.
 
     Raises:
         ValueError: as of :func:`read_series` and :func:`read_curve`.

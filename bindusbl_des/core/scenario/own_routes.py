@@ -1,4 +1,4 @@
-"""Placements, routes and vehicles that somebody has written: asked for a plan, which is checked."""
+"""Plans of user-defined placements, routes and vehicles, which are checked here."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,12 +22,12 @@ from .sections.vehicles import VehicleChoice
 
 @dataclass(frozen=True)
 class PlanView:
-    """What a placement or a route may know: fleet, survey and ranges (m, s, m/s).
+    """What a user-defined placement or route may know: fleet, survey and ranges (m, s, m/s).
 
-    The survey is a square of side `side` about the origin, x and y along its sides, or has other
-    `corners`, x and y going round: then `side` is the longer side of the smallest rectangle around
-    it.  AUVs go at `depth` and `speed`, and turn no tighter than `turning_radius`, for `duration`:
-    the greatest, where AUVs differ.
+    The survey is a square of side `side` about the origin, x and y along its sides; or it has other
+    `corners`, x and y in order around it, and `side` is the longer side of the smallest rectangle
+    around it.  AUVs have `depth`, `speed` and smallest `turning_radius`, for `duration`: where AUVs
+    differ, the greatest value of each.
     """
 
     auvs: int
@@ -44,10 +44,10 @@ class PlanView:
 
 @dataclass(frozen=True)
 class WayView:
-    """What a vehicle of one's own goes by: its number, what is planned for it, and for how long.
+    """What a user-defined vehicle may know: its number, its planned path, and its duration.
 
-    An AUV is to go along its planned way at `speed` (m/s) and `depth` (m) for `duration` (s); of an
-    ASV, which is to keep its station, both are 0.
+    An AUV is to follow its path at `speed` (m/s) and `depth` (m) for `duration` (s); for an ASV,
+    which is to keep its station, both are 0.
     """
 
     number: int
@@ -57,17 +57,19 @@ class WayView:
     _places: Callable[[Floats], Floats]
 
     def planned(self, distances: ArrayLike) -> Floats:
-        """Return x, y (m) and heading (rad, from +x to +y) of the way at distances (n,), m, along
-        it, shape (n, 3); it goes on there and back.
+        """Return x, y (m), heading (rad, from +x to +y) at distances (n,), m, along the path: (n,
+        3).
+
+        The path goes on there and back.
         """
         return self._places(np.asarray(distances, dtype=np.float64))[:, :3].copy()
 
 
 @dataclass(frozen=True, eq=False)
 class Tracks(RouteTraits):
-    """A route of time-tagged tracks, made by somebody's own: each times (n,), s, places (n, 3), m.
+    """A user-defined route of time-tagged tracks: each times (n,), s, positions (n, 3), m.
 
-    It is one thing with itself alone, as what is worked out for a scenario is kept.
+    It equals only itself, because facts of a scenario are cached by identity.
     """
 
     is_recorded = True
@@ -77,7 +79,7 @@ class Tracks(RouteTraits):
 
 @dataclass(frozen=True)
 class Points(RouteTraits):
-    """A route of way points per AUV, x and y (m), made by somebody's own."""
+    """A user-defined route of way points, x and y (m), for each AUV."""
 
     is_flown = True
 
@@ -85,17 +87,17 @@ class Points(RouteTraits):
 
     @property
     def places(self) -> tuple[tuple[tuple[float, float], ...], ...]:
-        """Per AUV the places, [x, y] in m, that it goes to."""
+        """The way points, [x, y] in m, of each AUV."""
         return self.points_m
 
 
 def is_mover(answer: Any) -> bool:
-    """Tell whether what a placement returned is to be asked where ASVs go: it has `targets`."""
+    """Return whether a placement's answer moves ASVs during the mission: it has `targets`."""
     return callable(getattr(answer, "targets", None))
 
 
 def own_placement(choice: PartChoice, view: PlanView) -> Any:
-    """Return what somebody's own placement answers: places, or what moves ASVs.
+    """Return the answer of a user-defined placement: stations, or an object that moves ASVs.
 
     Raises:
         PluginError: when it cannot be used.
@@ -104,10 +106,10 @@ def own_placement(choice: PartChoice, view: PlanView) -> Any:
 
 
 def own_stations(choice: PartChoice, answer: Any, count: int) -> list[tuple[float, float]]:
-    """Return where a user-defined placement puts so many ASVs, [x, y] in m, by what it answered.
+    """Return the stations, [x, y] in m, of `count` ASVs in a user-defined placement's answer.
 
     Raises:
-        PluginError: when that is no place for each ASV.
+        PluginError: when the answer has not one station for each ASV.
     """
     places = _numbers(PLACEMENT, choice, answer)
     afloat = places is not None and (places.shape == (count, 2) or _is_level(places, count))
@@ -123,11 +125,10 @@ def own_stations(choice: PartChoice, answer: Any, count: int) -> list[tuple[floa
 
 
 def own_route(choice: PartChoice, view: PlanView, vehicle: VehicleChoice) -> Points | Tracks:
-    """Return the route that a user-defined part makes for AUVs of a `vehicle`: way points for each,
-    or a track for each.
+    """Return a user-defined route for AUVs of a `vehicle`: way points or a track for each.
 
     Raises:
-        PluginError: when it cannot be used, or what it returns is no route of each AUV.
+        PluginError: when it cannot be used, or its answer is no route for each AUV.
     """
     answer = asked(ROUTE.key, str(choice), _listed, _answer(ROUTE, choice, view))
     count = view.auvs
@@ -155,10 +156,10 @@ def own_route(choice: PartChoice, view: PlanView, vehicle: VehicleChoice) -> Poi
 
 
 def own_motion(family: Family[Any], choice: PartChoice, ways: Sequence[WayView]) -> list[Track]:
-    """Return how vehicles of somebody's own move along their ways: times (n,), s, places (n, 3), m.
+    """Return the tracks of user-defined vehicles: times (n,), s, positions (n, 3), m, each.
 
     Raises:
-        PluginError: when the part cannot be used, or what it returns is no motion.
+        PluginError: when the part cannot be used, or its answer is no motion.
     """
     part, tracks = own_part(family, choice), []
     for way in ways:
@@ -210,7 +211,7 @@ def _listed(answer: Any) -> list[Any] | None:
 
 
 def _numbers(family: Family[Any], choice: PartChoice, answer: Any) -> Floats | None:
-    """Return an answer as an array of finite numbers; None for what is none."""
+    """Return an answer as an array of finite numbers; None if it is no such array."""
 
     found: Floats | None = asked(family.key, str(choice), real_numbers, answer)
     return found if found is not None and (np.abs(found) <= FARTHEST).all() else None

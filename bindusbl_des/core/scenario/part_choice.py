@@ -1,8 +1,8 @@
-"""Which part of the mission a scenario asks for at a key, with which settings; and parts made so.
+"""The part that a scenario names at a key, with its settings; and the part made of both.
 
-The settings of somebody's own part are its keyword-only parameters, by their annotations and
-defaults; or it has an attribute `Settings`, a pydantic model of its own, and is called with one as
-`settings`.  Those of a part that ships stand with its family.
+The settings of a user-defined part are its keyword-only parameters, with their annotations and
+defaults; or the part has an attribute `Settings`, a pydantic model, and is called with an instance
+of it as `settings`.  Settings of a shipped part are declared with the part.
 """
 
 import json
@@ -21,18 +21,18 @@ from ...support.plugins import Family, OwnPart, PluginError, asked, is_plugin, l
 from ...support.wording import described, did_you_mean, nearest, plain
 from .key_types import Text
 
-# What is said of keys that name a part of the mission.
+# End of the meaning of keys that name a part.
 SET = ", or {model: ..., setting: value, ...}"
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
 class PartChoice(str):
-    """A part by its shipped name or as `module:object`, with the settings that it is given.
+    """A part by its shipped name or as `module:object`, with its settings.
 
     In a file it is that name, or a mapping: ``{model: name, setting: value, ...}``; in Python the
     name may be the object itself.  It equals its bare name, and another choice only if their
-    settings are equal as well.  Settings are plain data, as they were given.
+    settings are equal, too.  Settings are plain data, as they were given.
 
     >>> PartChoice("dsatur") == "dsatur", PartChoice("dsatur") == PartChoice("dsatur", {"k": 1})
     (True, False)
@@ -63,8 +63,9 @@ class PartChoice(str):
         return type(self), (str(self), dict(self.settings))
 
     def settings_as(self, model: type[Model], own: type[BaseModel]) -> Model:
-        """Return its settings by their `own` model, if that is a `model`; else, or where some of
-        them are wrong, the defaults.
+        """Return its settings as its `own` model, if that is a `model`; otherwise the defaults.
+
+        Invalid settings give the defaults, too.
         """
         made, given = (own, dict(self.settings)) if issubclass(own, model) else (model, {})
         if getattr(self, "_read", None).__class__ is not made:
@@ -86,12 +87,12 @@ class PartChoice(str):
         return f"{self} ({given})" if given else str(self)
 
     def plain(self) -> "str | dict[str, Any]":
-        """Return the choice as it is written in a file."""
+        """Return the choice as a file has it."""
         return {"model": str(self), **self.settings} if self.settings else str(self)
 
     @classmethod
     def read(cls, value: Any, text: Callable[[Any], Any]) -> "PartChoice":
-        """Return the choice that a file's value stands for, whether or not there is such a part.
+        """Return the choice in a file's value, whether or not such a part exists.
 
         Raises:
             PydanticCustomError: naming the rule, the value and the remedy.
@@ -129,7 +130,7 @@ def _word(name: Any) -> str:
 
 
 def _plain(name: str, value: Any) -> Any:
-    """Return the value of a setting as plain data that a file can hold; numpy's is Python's."""
+    """Return the value of a setting as plain data; numpy's numbers become Python's."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping) and all(isinstance(key, str) for key in value):
@@ -146,7 +147,7 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def _told_apart(value: Any) -> Any:
-    """Return plain data in which true is not 1, as it is to Python and is not in a file."""
+    """Return plain data in which true differs from 1: Python has them equal, a file has not."""
     if isinstance(value, Mapping):
         return {key: _told_apart(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -158,7 +159,7 @@ def _mistake(text: str) -> PydanticCustomError:
     return PydanticCustomError("part", "{text}", {"text": text})
 
 
-# What a type of pydantic's mistakes asks for, where its own words are not those of a file.
+# Messages for types of pydantic's errors, where its own words do not fit a file.
 _NEEDED = {
     "int_type": "needs a whole number",
     "int_from_float": "needs a whole number",
@@ -180,7 +181,7 @@ SIGNS = {
 
 
 class Settings(BaseModel):
-    """The settings of a part that ships; their fields are made by :func:`.key_types.key`."""
+    """The settings of a shipped part, whose fields are made by :func:`.key_types.key`."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, protected_namespaces=(), allow_inf_nan=False
@@ -188,7 +189,7 @@ class Settings(BaseModel):
 
 
 def own_part(family: Family[Any], choice: str) -> OwnPart:
-    """Return a user-defined part, to be called with what its family is called with.
+    """Return a user-defined part with its settings bound, to be called with its family's arguments.
 
     Raises:
         PluginError: when it is not allowed, cannot be loaded or called, or its settings are wrong.
@@ -206,7 +207,7 @@ def own_part(family: Family[Any], choice: str) -> OwnPart:
 
 
 def own_mistakes(family: Family[Any], choice: str) -> Iterator[PluginError]:
-    """Yield why somebody's own part cannot be used: it cannot be loaded, or each wrong setting."""
+    """Yield errors of a user-defined part: that it cannot be loaded, or each wrong setting."""
     try:
         yield from _looked_at(family, choice)[2]
     except PluginError as error:
@@ -216,7 +217,7 @@ def own_mistakes(family: Family[Any], choice: str) -> Iterator[PluginError]:
 def _looked_at(
     family: Family[Any], choice: str
 ) -> tuple[Any, type[BaseModel] | None, list[PluginError]]:
-    """Load somebody's own part; return it, the model of its settings, what is wrong with them."""
+    """Load a user-defined part; return it, the model of its settings, and errors in them."""
     key, name = family.key, str(choice)
     found = load(family, name)
     when = " as its settings were read"
@@ -229,9 +230,7 @@ def _looked_at(
 def _own_mistakes(
     family: Family[Any], choice: str, model: type[BaseModel] | None
 ) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with the settings of somebody's own part, and with those that every part
-    of its family has.
-    """
+    """Yield what is wrong with a user-defined part's settings, and with those of its family."""
     own = _own_settings(family, choice)
     yield from mistakes(model, own, str(choice))
     if family.common is not None:
@@ -240,14 +239,15 @@ def _own_mistakes(
 
 
 def shipped_part(family: Family[Any], choice: str) -> Any:
-    """Return a part that ships with its settings, which were checked with the scenario."""
+    """Return a shipped part with its settings bound, which were validated with the scenario."""
     part, has_settings = family.part(str(choice)), choice in family.settings
     return partial(part, settings=settings_of(family, choice)) if has_settings else part
 
 
 def checked_part(family: Family[Any], choice: str, check: Callable[..., Any]) -> Any:
-    """Return a part with its settings; a user-defined one as that which `check` makes of it and
-    what it is called with: it asks, and refuses an answer that is none.
+    """Return a part with its settings bound; if it is user-defined, by way of `check`.
+
+    `check` asks such a part, and refuses invalid answers.
 
     Raises:
         PluginError: as of :func:`own_part`.
@@ -258,7 +258,7 @@ def checked_part(family: Family[Any], choice: str, check: Callable[..., Any]) ->
 
 
 def settings_of(family: Family[Any], choice: str) -> Any:
-    """Return the settings of a part that ships, defaults and all.
+    """Return the settings of a shipped part, with defaults.
 
     Raises:
         ValidationError: when they are wrong, which a scenario's are not.
@@ -267,8 +267,8 @@ def settings_of(family: Family[Any], choice: str) -> Any:
 
 
 def settings_with(family: Family[Any], choice: PartChoice, name: str) -> Any:
-    """Return the settings of the part that is chosen, if they have one of a name; else, or where
-    some of them are wrong, the defaults of the first part that has it.
+    """Return the settings of the chosen part if it has a field `name`; else, or if they are
+    invalid, the defaults of the first part that has it.
     """
     own = family.settings.get(str(choice), Settings)
     if name in own.model_fields:
@@ -278,7 +278,7 @@ def settings_with(family: Family[Any], choice: PartChoice, name: str) -> Any:
 
 
 def shipped_mistakes(family: Family[Any], choice: str) -> Iterator[tuple[str, str]]:
-    """Yield what is wrong with the settings given to a part that ships, each with its name."""
+    """Yield what is wrong with the settings of a shipped part, each with its name."""
     yield from mistakes(family.settings.get(str(choice)), _settings(choice), str(choice), family)
 
 
@@ -288,9 +288,10 @@ def mistakes(
     name: str,
     family: Family[Any] | None = None,
 ) -> Iterator[tuple[str, str]]:
-    """Yield the name and fault of each setting that is wrong; a part without a model has none.
+    """Yield the name and fault of each wrong setting; a part without a `model` has no settings.
 
-    A setting that was only misspelt is not missing as well; one of its siblings' is told as theirs.
+    A misspelt setting is not also reported as missing; for a setting of another part of the family
+    that part is named.
     """
     known = model.model_fields if model else {}
     strict = model is None or model.model_config.get("extra") != "allow"
@@ -315,7 +316,7 @@ def mistakes(
 
 
 def _validated(model: type[BaseModel], settings: Mapping[str, Any]) -> BaseModel:
-    """Return settings by their model, read as from JSON: lists are tuples, words enumerations."""
+    """Return settings as their model, read as JSON: lists become tuples, words enumerations."""
     return model.model_validate_json(json.dumps(dict(settings)))
 
 
@@ -323,7 +324,7 @@ def _message(detail: Any) -> str:
     kind, context = detail["type"], detail.get("ctx", {})
     if kind == "missing":
         return "missing; add it"
-    if kind == "value_error" and not detail["loc"]:  # what settings must agree on
+    if kind == "value_error" and not detail["loc"]:  # settings contradict each other
         return str(context["error"])
     needed = _NEEDED.get(kind)
     if kind in SIGNS:
@@ -338,7 +339,7 @@ def _settings(choice: str) -> Mapping[str, Any]:
 
 
 def _own_settings(family: Family[Any], choice: str) -> Mapping[str, Any]:
-    """Return the settings that somebody's own part is called with."""
+    """Return the settings with which a user-defined part is called."""
     common = family.common.model_fields if family.common is not None else {}
     return {name: value for name, value in _settings(choice).items() if name not in common}
 
