@@ -637,3 +637,23 @@ def test_a_page_shows_relays_acknowledgements_and_data() -> None:
     delivered = packets[packets.outcome == "delivered"]
     began = np.sort(delivered.delivered_at_s - delivered.airtime_s)
     assert np.abs(drawn["at"][data] - began).max() < 1e-4
+
+
+def test_fixes_that_land_hides_are_told_so_and_land_is_drawn() -> None:
+    """A vessel behind an island broadcasts what its AUV does not hear; nobody failed."""
+    island = [[[20.0, -100.0], [40.0, -100.0], [40.0, 100.0], [20.0, 100.0]]]
+    across = simulate(
+        scenario(
+            duration_s=40.0,
+            survey={"size_m": [200.0, 300.0], "land": island},
+            asvs={"count": 2, "formation": {"positions_m": [[0.0, 0.0], [80.0, 0.0]]}},
+            auvs={"count": 1, "route": {"kind": "hold", "positions_m": [[10.0, 5.0]]}},
+        ),
+        seed=1,
+    )
+    hidden = int((across.tables["fixes"].outcome == "blocked").sum())
+    assert hidden
+    text = told(across)
+    assert f"<b>Land:</b> {hidden} of {len(across.tables['fixes'])} fixes" in text
+    assert "failed" not in text
+    assert len(page_data(across)["land"]) == 1

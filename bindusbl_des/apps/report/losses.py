@@ -93,7 +93,12 @@ def _beyond_reach(mission: Recording) -> list[str]:
             f"<b>Frames that met:</b> {met} of {made} fixes ({100 * met / made:.0f} %) were in "
             f"frames that another {other} overlapped at their AUV."
         )
-    missed -= met
+    if behind := int(np.sum(mission.fixes["outcome"] == "blocked")):
+        text.append(
+            f"<b>Land:</b> {behind} of {made} fixes ({100 * behind / made:.0f} %) were broadcast "
+            "by an ASV that land hides from their AUV."
+        )
+    missed -= met + behind
     if not missed:
         return text
     if not mission.scenario.acoustics.mf.traits.ends_at_range:

@@ -68,7 +68,8 @@ def _causes(mission: Recording) -> Iterator[Cause]:
         reach = STEP_M * ceil(float(np.quantile(unheard, MOST_PINGS)) / STEP_M)
         longer = is_disc and reach > hf.range_m
         settings = (f"acoustics.hf.range_m={reach:g}",) if longer else ()
-        words = f"{_pings(len(unheard))} sent {hf.beyond}"
+        land = ", or behind land" * (setup.land is not None)
+        words = f"{_pings(len(unheard))} sent {hf.beyond}{land}"
         yield Cause(len(unheard), words, (*settings, more))
     lost = int(np.sum(fate == LOST))
     if lost:

@@ -193,6 +193,9 @@ def _why(mission: Recording, auv: Service) -> str:
         reasons["out_of_mf"] += ", or as its ASV failed"
     if "collided" in mission.fixes["outcome"]:
         reasons["out_of_mf"] += ", or met another frame"
+    if mission.setup.land is not None:
+        reasons["out_of_hf"] += ", or behind land"
+        reasons["out_of_mf"] += ", or behind land"
     why = ", ".join(
         f"{n} ({100 * n / sent:.0f} %) {reasons[name].replace('were', 'was', n == 1)}"
         for name, n in ordered
