@@ -1,9 +1,9 @@
 """The colours of results in figures, pages and exported scenes: each has one meaning.
 
-Hues belong to AUVs, amber to the MF downlink, red to collisions, greys to the surroundings.  AUVs'
-names are written in their colours, which therefore have a contrast of at least 4.5 : 1 on their
-ground (WCAG 2.2, 1.4.3); the first ones differ in lightness, too, for readers who cannot tell all
-hues apart.
+Hues belong to AUVs, amber to the MF downlink, red to collisions, buff to land as on sea charts,
+greys to the surroundings.  AUVs' names are written in their colours, which therefore have a
+contrast of at least 4.5 : 1 on their ground (WCAG 2.2, 1.4.3); the first ones differ in lightness,
+too, for readers who cannot tell all hues apart.
 """
 
 # AUV0, AUV1, ... on white
@@ -12,12 +12,14 @@ COLOURS = (
 )  # fmt: skip
 INK, FAINT, PLANNED, HF = "#333333", "#d8d8d8", "#9aa5af", "#6f7d8a"
 MF, ALARM = "#b97f00", "#d01030"
+LAND, SHORE = "#e9dfc6", "#8a7b56"
 
 # The same on the dark ground of pages and viewers
 COLOURS_ON_DARK = (
     "#4b9cff", "#ff9b78", "#2fe0a2", "#ffaaec", "#a57cd2", "#3cd6f5", "#d6963b", "#d6fc07",
 )  # fmt: skip
 PLANNED_ON_DARK, HF_ON_DARK, MF_ON_DARK, ALARM_ON_DARK = "#5f7080", "#8796a5", "#f2c230", "#ff4d5a"
+LAND_ON_DARK, SHORE_ON_DARK = "#38331f", "#a3946a"
 
 # Cividis: even steps of lightness, the same for every kind of colour vision.  Dark is bad.
 SHADES = (
@@ -37,9 +39,12 @@ def variables() -> str:
         f".shade{number} {{ background: {code}; color: #{'fff' if number < WHITE_ON else '000'}; }}"
         for number, code in enumerate(SHADES)
     )
-    light = {"plan": PLANNED, "hf": HF, "mf": MF, "collided": ALARM}
+    light = {
+        "plan": PLANNED, "hf": HF, "mf": MF, "collided": ALARM, "land": LAND, "shore": SHORE,
+    }  # fmt: skip
     dark = {
         "plan": PLANNED_ON_DARK, "hf": HF_ON_DARK, "mf": MF_ON_DARK, "collided": ALARM_ON_DARK,
+        "land": LAND_ON_DARK, "shore": SHORE_ON_DARK,
     }  # fmt: skip
     themes = ((":root", light, COLOURS), (":root[data-theme=dark]", dark, COLOURS_ON_DARK))
     return f"{shades}\n" + "\n".join(

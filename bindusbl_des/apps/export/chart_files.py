@@ -18,12 +18,19 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 import numpy as np
 import shapely
 
+from ...core.geometry.area import Rings
 from ...core.geometry.formation import keep_station
 from ...core.geometry.geodesy import degrees_text, minutes_text
 from ...core.setup import Setup
 from ...support.arrays import Floats
 from ...support.files import draft_of
-from ...support.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK
+from ...support.palette import (
+    ALARM_ON_DARK,
+    COLOURS_ON_DARK,
+    HF_ON_DARK,
+    MF_ON_DARK,
+    SHORE_ON_DARK,
+)
 
 if TYPE_CHECKING:
     from ...core.results.result import Result
@@ -69,22 +76,27 @@ def cut_line(line: Positions) -> list[Positions]:
     return parts
 
 
-def cut_ring(ring: Positions) -> list[Positions]:
-    """Return a closed ring, counter-clockwise, as those of the parts east and west of 180 degrees.
+def cut_polygon(rings: Sequence[Positions]) -> list[list[Positions]]:
+    """Return a polygon, its outer ring and those of holes, as those of the parts east and west of
+    180 degrees: closed rings, outer ones counter-clockwise, those of holes clockwise.
 
-    >>> [len(part) for part in cut_ring([(179., 0.), (-179., 0.), (-179., 1.), (179., 0.)])]
-    [4, 5]
+    >>> parts = cut_polygon([[(179., 0.), (-179., 0.), (-179., 1.), (179., 0.)]])
+    >>> [[len(ring) for ring in part] for part in parts]
+    [[4], [5]]
     """
-    along = _unwrapped(ring)
-    if all(abs(lon) <= 180.0 for lon, _ in along):
-        return [ring]
-    whole, cut = shapely.Polygon(along), []
+    along = [_unwrapped([rings[0][0], *ring])[1:] for ring in rings]  # all on the same turn
+    if all(abs(lon) <= 180.0 for ring in along for lon, _ in ring):
+        return [list(rings)]
+    whole, cut = shapely.Polygon(along[0], along[1:]), []
     for turn in (-360.0, 0.0, 360.0):
         part = whole.intersection(shapely.box(turn - 180.0, -90.0, turn + 180.0, 90.0))
         for piece in getattr(part, "geoms", [part]):
             if piece.geom_type == "Polygon" and not piece.is_empty:
-                corners = [(lon - turn, lat) for lon, lat in piece.exterior.coords]
-                cut.append(counter_clockwise(corners))
+                outer, *holes = (
+                    counter_clockwise([(lon - turn, lat) for lon, lat in ring.coords])
+                    for ring in (piece.exterior, *piece.interiors)
+                )
+                cut.append([outer, *(hole[::-1] for hole in holes)])
     return cut
 
 
@@ -112,13 +124,17 @@ KML_SHAPES = {
     "Point": "<Point><coordinates>{}</coordinates></Point>",
     "LineString": "<LineString><coordinates>{}</coordinates></LineString>",
     "Polygon": "<Polygon><outerBoundaryIs><LinearRing><coordinates>{}</coordinates></LinearRing>"
-    "</outerBoundaryIs></Polygon>",
+    "</outerBoundaryIs>{}</Polygon>",
 }
+KML_HOLE = (
+    "<innerBoundaryIs><LinearRing><coordinates>{}</coordinates></LinearRing></innerBoundaryIs>"
+)
 
 
 # How KML draws what is on a chart, over the dark sea of a satellite's picture: colour, opacity and
-# width (pixels) of its lines, and the folder that it is in.  Areas are outlines, and cover nothing.
-AREA, VESSEL, HF, MF = "area", "vessel", "hf", "mf"
+# width (pixels) of its lines, and the folder that it is in.  Areas are outlines, and cover nothing,
+# but for land, and water where nobody goes, through which one sees what is there.
+AREA, VESSEL, HF, MF, LAND, KEEP_OUT = "area", "vessel", "hf", "mf", "land", "keep_out"
 
 
 class Look(NamedTuple):
@@ -128,10 +144,13 @@ class Look(NamedTuple):
     colour: str
     width: float = 2.0
     opacity: float = 1.0
+    fill: float = 0.0
 
 
 LOOKS = {
     AREA: Look("survey", "#ffffff", 2.5),
+    LAND: Look("survey", SHORE_ON_DARK, fill=0.4),
+    KEEP_OUT: Look("survey", ALARM_ON_DARK, fill=0.25),
     VESSEL: Look("vessels", "#fee838"),
     HF: Look("HF ranges", HF_ON_DARK),
     MF: Look("MF ranges", MF_ON_DARK, 1.5),
@@ -143,7 +162,7 @@ LOOKS = {
 class Drawn(NamedTuple):
     """A shape of a chart: its kind as GeoJSON and KML call it, its name, and its positions,
     longitude and latitude (deg), of a polygon closed and counter-clockwise; which of LOOKS it has,
-    and what there is to say about it.
+    what there is to say about it, and the rings of holes in a polygon, closed and clockwise.
     """
 
     kind: str
@@ -151,6 +170,7 @@ class Drawn(NamedTuple):
     positions: Positions
     look: str = AREA
     about: str = ""
+    holes: Sequence[Positions] = ()
 
 
 def _of_auv(kind: str, number: int) -> str:
@@ -214,7 +234,7 @@ def drawn(result: "Result") -> Iterator[Drawn]:
     of ASVs that move: points, too, where a single place is known, as no line has one alone (3.1.4).
     """
     on_earth = earthly(result.setup)
-    yield _survey(result.setup)
+    yield from _survey(result.setup)
     for name, track in result.tables["tracks"].groupby("vehicle", sort=False):
         places = {told: track[list(columns)].to_numpy() for told, columns in WAYS.items()}
         if str(name).startswith("ASV"):
@@ -243,23 +263,31 @@ def planned(setup: Setup, about: str = "", ways: Sequence[Places] = ()) -> Itera
     """
     scenario = setup.scenario
     on_earth = earthly(setup)
-    yield _survey(setup)
+    yield from _survey(setup)
     for number, way in enumerate(ways):
         yield _vessel(f"ASV{number}", on_earth(way[:1]), f"It moves; here it begins.\n{about}")
         yield Drawn("LineString", f"ASV{number} (way)", on_earth(way), VESSEL)
     bands = [("HF", HF, setup.horizontal_reach_m)]
     if scenario.protocol.sends_frames:
         bands.append(("MF", MF, setup.horizontal_mf_reach_m))
-    around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
-    for number, (x, y) in enumerate(setup.kept_stations_m):
-        yield _vessel(f"ASV{number}", on_earth([(x, y)]), about)
+    for number, place in enumerate(setup.kept_stations_m):
+        yield _vessel(f"ASV{number}", on_earth([place]), about)
         for band, look, reach in bands:
-            corners = np.column_stack((x + reach * np.cos(around), y + reach * np.sin(around)))
-            circle = counter_clockwise(on_earth(corners.tolist()))
-            yield Drawn("Polygon", f"ASV{number} {band} range", circle, look)
+            heard = counter_clockwise(on_earth(_within(setup, place, reach).tolist()))
+            yield Drawn("Polygon", f"ASV{number} {band} range", heard, look)
     for number, lane in planned_lanes(setup).items():
         look = _of_auv("auv", number)
         yield Drawn("LineString", f"AUV{number} (plan)", on_earth(lane.tolist()), look)
+
+
+def _within(setup: Setup, place: Position, reach: float) -> Floats:
+    """Return the corners (n, 2), m, of what is within a reach (m) of a place, less what land hides
+    from there.
+    """
+    if setup.land is not None:
+        return thinned(setup.land.seen(place, reach))
+    around = np.append(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False), 0.0)  # is closed
+    return np.column_stack((place[0] + reach * np.cos(around), place[1] + reach * np.sin(around)))
 
 
 def planned_lanes(setup: Setup) -> dict[int, Floats]:
@@ -299,10 +327,21 @@ def earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
     return on_earth
 
 
-def _survey(setup: Setup) -> Drawn:
-    outline = setup.area.outline
-    ring = earthly(setup)([*outline, outline[0]])
-    return Drawn("Polygon", "survey area", counter_clockwise(ring))
+def _survey(setup: Setup) -> Iterator[Drawn]:
+    """Yield the outline of the survey area, land, and water where nobody goes."""
+    on_earth = earthly(setup)
+    outline: tuple[Rings, ...] = ((setup.area.outline,),)
+    shown = [("survey area", AREA, outline)]
+    for name, look, closed in (
+        ("land", LAND, setup.land),
+        ("nobody goes here", KEEP_OUT, setup.keep_out),
+    ):
+        if closed is not None:
+            shown.append((name, look, closed.outlines))
+    for name, look, polygons in shown:
+        for rings in polygons:
+            outer, *holes = (counter_clockwise(on_earth([*ring, ring[0]])) for ring in rings)
+            yield Drawn("Polygon", name, outer, look, holes=[hole[::-1] for hole in holes])
 
 
 def _geojson(name: str, about: str, shapes: list[Drawn]) -> str:
@@ -324,7 +363,7 @@ def _geometry(shape: Drawn) -> dict[str, object]:
         return {"type": shape.kind, "coordinates": shape.positions[0]}
     parts: list[object]
     if shape.kind == "Polygon":
-        parts = [[ring] for ring in cut_ring(shape.positions)]
+        parts = list(cut_polygon([shape.positions, *shape.holes]))
     else:
         parts = list(cut_line(shape.positions))
     if len(parts) == 1:
@@ -349,9 +388,11 @@ def _said(tag: str, text: str) -> str:
 
 
 def _placemark(shape: Drawn) -> str:
-    drawn_so = KML_SHAPES[shape.kind].format(
-        " ".join(f"{lon!r},{lat!r}" for lon, lat in shape.positions)
+    outer, *holes = (
+        " ".join(f"{lon!r},{lat!r}" for lon, lat in line)
+        for line in (shape.positions, *shape.holes)
     )
+    drawn_so = KML_SHAPES[shape.kind].format(outer, "".join(map(KML_HOLE.format, holes)))
     told = _said("name", shape.name) + _said("description", shape.about)
     return f"<Placemark>{told}<styleUrl>#{shape.look}</styleUrl>{drawn_so}</Placemark>"
 
@@ -362,11 +403,15 @@ def _style(name: str) -> str:
     """
     look = LOOKS[name]
     red, green, blue = (look.colour[at : at + 2] for at in (1, 3, 5))
-    code = f"<color>{round(255 * look.opacity):02x}{blue}{green}{red}</color>"
+    code, inside = (
+        f"<color>{round(255 * opacity):02x}{blue}{green}{red}</color>"
+        for opacity in (look.opacity, look.fill)
+    )
+    filled = inside if look.fill else "<fill>0</fill>"
     return (
         f'<Style id="{name}"><IconStyle>{code}</IconStyle>'
         f"<LineStyle>{code}<width>{look.width:g}</width></LineStyle>"
-        f"<PolyStyle><fill>0</fill></PolyStyle></Style>"
+        f"<PolyStyle>{filled}</PolyStyle></Style>"
     )
 
 
@@ -377,14 +422,16 @@ def _gpx(name: str, about: str, shapes: list[Drawn]) -> str:
     for feature in sorted(shapes, key=lambda shape: (order[shape.kind], shape.look == VESSEL)):
         is_way = feature.kind == "LineString" and feature.look == VESSEL  # of a vessel: no route
         whole, part, at = GPX_SHAPES["Polygon" if is_way else feature.kind]
-        marked = "".join(
-            f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in feature.positions
+        marked, *holes = (
+            "".join(f'<{at} lat="{lat!r}" lon="{lon!r}"' + "/>" for lon, lat in line)
+            for line in (feature.positions, *feature.holes)
         )
         if feature.kind == "Point":
             told = _said("name", feature.name) + _said("desc", feature.about)
             marks.append(marked.replace("/>", f">{told}</{at}>"))
             continue
-        inner = f"<{part}>{marked}</{part}>" if part else marked
+        lines = (marked, *holes)
+        inner = "".join(f"<{part}>{line}</{part}>" for line in lines) if part else marked
         marks.append(f"<{whole}><name>{escape(feature.name)}</name>{inner}</{whole}>")
     return GPX.format(escape(name), _said("desc", about), "\n".join(marks))
 

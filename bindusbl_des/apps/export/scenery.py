@@ -29,7 +29,14 @@ from numpy.typing import ArrayLike
 from ...core.geometry.geodesy import enu_from_ned, enu_yaw
 from ...core.setup import Setup
 from ...support.arrays import Floats
-from ...support.palette import COLOURS_ON_DARK, HF_ON_DARK, MF_ON_DARK, PLANNED_ON_DARK
+from ...support.palette import (
+    ALARM_ON_DARK,
+    COLOURS_ON_DARK,
+    HF_ON_DARK,
+    MF_ON_DARK,
+    PLANNED_ON_DARK,
+    SHORE_ON_DARK,
+)
 from .messages import FRAMES, MAP, Messages, ViewerMessage, colour, rows_in_time, timestamp
 
 if TYPE_CHECKING:
@@ -204,8 +211,13 @@ def _entity(name: str, frame: str = MAP, **parts: Any) -> dict[str, Any]:
 
 
 def _survey(setup: Setup) -> dict[str, Any]:
-    corners = [(x, y, 0.0) for x, y in setup.area.outline]
-    return _entity("survey", lines=[line(corners, colour(WHITE), closed=True)])
+    """Return the outline of the survey, of land, and of water where nobody goes."""
+    closed = ((setup.land, SHORE_ON_DARK), (setup.keep_out, ALARM_ON_DARK))
+    rings = [(setup.area.outline, WHITE)]
+    for what, code in closed:
+        rings += [(ring, code) for polygon in what.outlines for ring in polygon] if what else []
+    lines = [line([(*at, 0.0) for at in ring], colour(code), closed=True) for ring, code in rings]
+    return _entity("survey", lines=lines)
 
 
 def _planned(setup: Setup) -> Iterator[dict[str, Any]]:

@@ -10,7 +10,7 @@ from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.patches import Patch, Polygon
 
 from ...core.geometry.coverage import covered_by_rings, is_within, loneliest_point
 from ...core.geometry.formation import keep_station
@@ -20,7 +20,7 @@ from ...core.setup import Setup
 from ...support.palette import ALARM, HF, INK
 from ..preflight.fix_chance import fix_chance, survey_grid
 from .style import LARGEST_LEGEND, legend_below, new_figure
-from .trajectory import frame
+from .trajectory import closed_handles, draw_survey, frame, heard_patches
 
 if TYPE_CHECKING:
     from ...core.results.result import Result
@@ -96,6 +96,7 @@ def coverage_figure(
         handles = [Line2D([], [], color=INK, lw=0.7, ls="--", label=_ring_label(scenario, covered))]
         bar = figure.colorbar(chance, ax=axes, fraction=0.046, pad=0.03)
         bar.set_label("chance that a ping makes a fix which is delivered (1)")
+    handles += closed_handles(setup)
     handles.append(_draw_corners(axes, setup, stations))
     handles.append(_draw_loneliest(axes, setup, stations, reach))
     if unheard is not None:
@@ -135,15 +136,12 @@ def _draw_chance(axes: Axes, setup: Setup, stations: Points) -> AxesImage | None
 
 def _draw_area(axes: Axes, setup: Setup, stations: Points, reach: float, *, plain: bool) -> None:
     """Draw survey, ASVs and HF circles; `plain` with what these cover, on the ground of nothing."""
-    ground, outline = UNHEARD if plain else "none", east_north(setup.area.outline)
-    axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=0.8, zorder=0.5, label="survey"))
-    east, north = east_north(stations).T
-    places = list(zip(east.tolist(), north.tolist(), strict=True))
-    circles = [Circle(place, reach) for place in places]
+    draw_survey(axes, setup, ground=UNHEARD if plain else "none")
+    places, circles = east_north(stations), heard_patches(setup, stations, reach)
     if plain:
         under = PatchCollection(circles, fc="white", lw=0, zorder=1)
         axes.add_collection(under)
-        under.set_clip_path(Polygon(outline, transform=axes.transData))
+        under.set_clip_path(Polygon(east_north(setup.area.outline), transform=axes.transData))
         axes.add_collection(PatchCollection(circles, fc=HF, alpha=0.25, lw=0, zorder=2))
     edge: Any = {
         "fc": "none",
@@ -154,14 +152,17 @@ def _draw_area(axes: Axes, setup: Setup, stations: Points, reach: float, *, plai
     }
     axes.add_collection(PatchCollection(circles, zorder=2, **edge))
     for number, place in enumerate(places if len(places) <= LARGEST_LEGEND else ()):
-        axes.annotate(f"ASV{number}", place, (4, 4), textcoords="offset points")
-    axes.scatter(east, north, s=60, c="k", marker="*", zorder=5, label="ASV")
+        axes.annotate(f"ASV{number}", tuple(place), (4, 4), textcoords="offset points")
+    axes.scatter(places[:, 0], places[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 
 def _draw_corners(axes: Axes, setup: Setup, stations: Points) -> Artist:
     """Join each corner to its nearest ASV and say how far that is."""
     places, middle = east_north(stations), east_north(setup.area.centroid)
-    for corner in east_north(setup.area.outline):
+    corners = np.array(setup.area.outline)
+    if setup.closed is not None:  # which corners may lie in
+        corners = corners[~setup.closed.holds(corners)]
+    for corner in east_north(corners):
         x, y = np.where(corner < middle, -1, 1)
         distances = np.hypot(*(places - corner).T)
         nearest = places[distances.argmin()]

@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Polygon
 
 from ...core.geometry.geodesy import east_north
 from ...core.setup import Setup
 from ...support.arrays import Floats
 from ...support.palette import FAINT, HF, INK
 from .style import LARGEST_LEGEND, Drawing, colour_of
+from .trajectory import closed_handles, draw_survey, heard_patches
 
 # A4 (in), its margin, and how high a line of text and the chart are
 PAPER, MARGIN, LINE, CHART = (8.27, 11.69), 0.6, 0.165, 4.9
@@ -126,7 +126,7 @@ def _draw_chart(axes: Axes, setup: Setup, lanes: Mapping[int, Floats], ways: Seq
     """Draw area, lanes, vessels and HF ranges (m), with a graticule in degrees and minutes."""
     stations = east_north(np.array(setup.kept_stations_m).reshape(-1, 2))
     outline = east_north(setup.area.outline)
-    axes.add_patch(Polygon(outline, fill=False, lw=1.2, ec=INK))
+    draw_survey(axes, setup, width=1.2)
     colours = [colour_of(f"AUV{auv}") for auv in lanes]
     drawn = [east_north(lane) for lane in lanes.values()]
     axes.add_collection(LineCollection(drawn, colors=colours, linewidths=0.8))
@@ -136,8 +136,8 @@ def _draw_chart(axes: Axes, setup: Setup, lanes: Mapping[int, Floats], ways: Seq
     axes.add_collection(LineCollection(moving, colors="k", linewidths=0.7, linestyles="--"))
     if not len(stations):
         stations = np.array([way[0] for way in moving]).reshape(-1, 2)
-    rings = [Circle((east, north), setup.horizontal_reach_m) for east, north in stations]
     if not moving:
+        rings = heard_patches(setup, setup.kept_stations_m, setup.horizontal_reach_m)
         axes.add_collection(PatchCollection(rings, fc="none", ec=HF, lw=0.6, ls="--"))
     axes.scatter(stations[:, 0], stations[:, 1], s=70, c="k", marker="*", zorder=5)
     for number, place in enumerate(stations):
@@ -145,6 +145,8 @@ def _draw_chart(axes: Axes, setup: Setup, lanes: Mapping[int, Floats], ways: Seq
     _frame(axes, np.concatenate([outline, stations, *drawn, *moving]))
     _graticule(axes, setup)
     _scale(axes)
+    if handles := closed_handles(setup):
+        axes.legend(handles=handles, loc="lower right", fontsize=7, framealpha=0.85, frameon=True)
 
 
 def _name(axes: Axes, name: str, place: Any, colour: str, **looks: Any) -> None:

@@ -1,6 +1,7 @@
 """The map of a mission: where the AUVs were, where they thought they were, and who heard them."""
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,12 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle, Patch, PathPatch, Polygon
+from matplotlib.path import Path
 
 from ...core.geometry.geodesy import east_north
 from ...core.setup import Setup
 from ...support.arrays import Floats
-from ...support.palette import HF, INK, MF, PLANNED
+from ...support.palette import HF, INK, LAND, MF, PLANNED, SHORE
 from .style import (
     LARGEST_LEGEND,
     add_lines,
@@ -26,6 +28,7 @@ from .style import (
 )
 
 if TYPE_CHECKING:
+    from ...core.geometry.land import Land
     from ...core.results.result import Result
 
 
@@ -48,8 +51,7 @@ def trajectory(result: "Result", width: float) -> Figure:
 def draw_map(axes: Axes, result: "Result") -> None:
     """Draw planned, true, fused and IMU-only paths, ASVs and their HF and MF ranges."""
     setup, tracks = result.setup, by_vehicle(result.tables["tracks"])
-    area = setup.area
-    axes.add_patch(Polygon(east_north(area.outline), fill=False, lw=0.8, ec=INK))
+    draw_survey(axes, setup)
     auvs = {name: track for name, track in tracks.items() if name.startswith("AUV")}
     plans = _plans(setup)
     add_lines(axes, plans, [PLANNED] * len(plans), linewidths=0.6, label="planned")
@@ -88,14 +90,49 @@ def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
     starts = np.array([path[0] for path in paths.values()])
     for reach, colour, style, label in reaches:
-        circles = [Circle(place, reach) for place in starts.tolist()]
+        heard = heard_patches(setup, starts[:, ::-1], reach)
         axes.add_collection(
-            PatchCollection(circles, fc="none", ec=colour, ls=style, lw=0.7, label=label)
+            PatchCollection(heard, fc="none", ec=colour, ls=style, lw=0.7, label=label)
         )
     for name, place in zip(paths, starts.tolist(), strict=True):
         if len(paths) <= LARGEST_LEGEND:
             axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
+
+
+def draw_survey(axes: Axes, setup: Setup, width: float = 0.8, ground: str = "none") -> None:
+    """Draw the outline of a survey on its ground, land, and water where nobody goes."""
+    outline = east_north(setup.area.outline)
+    axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=width, zorder=0.5, label="survey"))
+    for shown, name, looks in _closed(setup):
+        for rings in shown.outlines:
+            closed = [Path(east_north((*ring, ring[0])), closed=True) for ring in rings]
+            shape = PathPatch(Path.make_compound_path(*closed), zorder=1.5, label=name, **looks)
+            axes.add_patch(shape)
+
+
+def closed_handles(setup: Setup) -> list[Artist]:
+    """Return the legend of land, and of water where nobody goes; none without any."""
+    return [Patch(label=name, **looks) for _, name, looks in _closed(setup)]
+
+
+def _closed(setup: Setup) -> Iterator[tuple["Land", str, dict[str, Any]]]:
+    """Yield what is closed, how it is called, and its looks, the lower first."""
+    if setup.keep_out is not None:
+        hatched = {"fc": "none", "ec": INK, "hatch": "\\\\\\\\", "ls": "--", "lw": 0.7}
+        yield setup.keep_out, "nobody goes here", hatched
+    if setup.land is not None:
+        yield setup.land, "land", {"fc": LAND, "ec": SHORE, "lw": 0.8}
+
+
+def heard_patches(setup: Setup, places: Any, reach: float) -> list[Patch]:
+    """Return what a vessel at each place (n, 2), x and y in m, hears as far as a reach (m): a
+    circle, less what land hides; nothing of one on land.
+    """
+    if setup.land is None:
+        return [Circle(place, reach) for place in east_north(places).tolist()]
+    seen = (setup.land.seen((x, y), reach) for x, y in np.asarray(places).tolist())
+    return [Polygon(east_north(corners)) for corners in seen if len(corners)]
 
 
 def frame(axes: Axes, setup: Setup, places: Floats, margin: float) -> None:
@@ -155,4 +192,5 @@ def map_handles(setup: Setup) -> list[Artist]:
     ]
     if not any(wing.asked.is_flown for wing in setup.wings):
         handles = handles[1:]
+    handles += closed_handles(setup)
     return handles + vehicle_handles(f"AUV{i}" for i in range(scenario.auvs.count))

@@ -78,13 +78,17 @@ def run_data(mission: Recording, services: tuple["Service", ...], packer: Packer
 
 def survey_data(setup: Setup) -> dict[str, Any]:
     """Return what all maps of a page show: the survey (m), the latitude and longitude (deg) of its
-    x = y = 0, None where it is nowhere, and the current (m/s) with the heading it flows to (deg).
+    x = y = 0, None where it is nowhere, the current (m/s) with the heading it flows to (deg), and
+    where there is any land and water where nobody goes: polygons, each its outer ring and those of
+    holes in it (m).
     """
     water = setup.scenario.environment
+    closed = (("land", setup.land), ("keepOut", setup.keep_out))
     return {
         "outline": [list(corner) for corner in setup.area.outline],
         "origin": setup.origin_deg,
         "current": {"speed": water.current_m_per_s, "direction": water.current_direction_deg},
+        **{name: what.outlines for name, what in closed if what is not None},
     }
 
 
@@ -161,7 +165,21 @@ def _asv(mission: Recording, number: int, step: int, packer: Packer) -> dict[str
         ],
         "x": packer.add(mission.truth["x_m"][row][::step], quantum=CENTIMETRE),
         "y": packer.add(mission.truth["y_m"][row][::step], quantum=CENTIMETRE),
+        **_seen(mission.setup, number, packer),
     }
+
+
+def _seen(setup: Setup, asv: int, packer: Packer) -> dict[str, Any]:
+    """Pack the corners (m) of what is within the HF and MF range of an ASV that keeps station, less
+    what land hides from there; nothing where there is none.
+    """
+    if setup.land is None or not setup.kept_stations_m:
+        return {}
+    place, found = setup.kept_stations_m[asv], {}
+    for band, reach in (("hf", setup.horizontal_reach_m), ("mf", setup.horizontal_mf_reach_m)):
+        x, y = setup.land.seen(place, reach).T
+        found[band] = [packer.add(axis, quantum=CENTIMETRE) for axis in (x, y)]
+    return {"seen": found}
 
 
 def _kept_pings(mission: Recording) -> NDArray[np.bool_]:

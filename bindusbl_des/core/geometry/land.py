@@ -62,10 +62,16 @@ class Land:
         """
         import shapely
 
-        left = shapely.get_parts(shapely.buffer(self.shape, -shore, join_style="mitre"))
-        rings = [shapely.get_rings(part) for part in left if not part.is_empty]
-        corners = [[shapely.get_coordinates(ring)[:-1].tolist() for ring in own] for own in rings]
-        return Land(tuple(tuple(tuple(map(tuple, ring)) for ring in own) for own in corners))
+        return Land(_rings(shapely.buffer(self.shape, -shore, join_style="mitre")))
+
+    @cached_property
+    def outlines(self) -> tuple[Rings, ...]:
+        """The polygons as a chart draws them, x and y (m): those that overlap are one, and outer
+        rings go round in the other direction than the rings of lakes.
+        """
+        import shapely
+
+        return _rings(shapely.normalize(self.shape))
 
     def crossed(self, here: ArrayLike, there: ArrayLike) -> Flags:
         """Tell of the straight path from each place (n, 2 or more) to each other (m, 2 or more), m,
@@ -91,6 +97,18 @@ class Land:
         hidden = shapely.polygons(np.concatenate((ends, behind), axis=1) + place)
         disc = shapely.Point(place).buffer(reach, quad_segs=QUARTER)
         return shapely.intersection(shapely.union_all([self.shape, *hidden]), disc)
+
+    def seen(self, place: Point, reach: float) -> Floats:
+        """Return the corners (n, 2), m, of what of the disc of a reach (m) about a place its land
+        does not hide from there, the first once again at the end; none of a place on land.
+        """
+        import shapely
+
+        if self.holds([place])[0]:
+            return np.empty((0, 2))
+        disc = shapely.Point(place).buffer(reach, quad_segs=QUARTER)
+        parts = shapely.get_parts(shapely.difference(disc, self.shadow(place, reach)))
+        return np.asarray(shapely.get_coordinates(max(parts, key=shapely.area).exterior))
 
     def met(self, here: Point, there: Point) -> tuple[float, float]:
         """Return how far (m) from a place, on the way from another to it, land begins and ends.
@@ -154,6 +172,16 @@ class Land:
         if not self.holds([(x, y)])[0]:
             return 0.0
         return float(shapely.distance(self.shape.boundary, shapely.Point(x, y)))
+
+
+def _rings(shape: "shapely.Geometry") -> tuple[Rings, ...]:
+    """Return the polygons of a shape, each its outer ring and the rings of the holes in it (m)."""
+    import shapely
+
+    parts = [part for part in shapely.get_parts(shape) if not part.is_empty]
+    rings = [shapely.get_rings(part) for part in parts]
+    corners = [[shapely.get_coordinates(ring)[:-1].tolist() for ring in own] for own in rings]
+    return tuple(tuple(tuple(map(tuple, ring)) for ring in own) for own in corners)
 
 
 def _rows(points: ArrayLike) -> Floats:

@@ -7,6 +7,7 @@ placement or route says is asked for once.
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, TypeVar
 
 from ...support.facts import Facts, fact
@@ -183,12 +184,17 @@ class Site(Facts):
         return _land((*holes, *self._polygons("land")))
 
     @fact
+    def keep_out(self) -> "Land | None":
+        """Water where nobody goes (m, survey frame); None without.  Errors are those of `land`."""
+        return _land(self._polygons("keep_out"))
+
+    @fact
     def closed(self) -> "Land | None":
         """Land, and water where nobody goes (m, survey frame); None without.  Errors are those of
         `land`.
         """
-        land = self.land.polygons if self.land else ()
-        return _land((*land, *self._polygons("keep_out")))
+        both = (what.polygons for what in (self.land, self.keep_out) if what is not None)
+        return _land(tuple(chain.from_iterable(both)))
 
     def _polygons(self, name: str) -> tuple[Rings, ...]:
         """Return the polygons (m) that `survey.land` or `survey.keep_out` says."""

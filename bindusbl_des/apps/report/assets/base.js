@@ -53,7 +53,7 @@ const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of ["paper", "sheet", "ink", "soft", "line", "grid", "accent", "shade", "sea",
-    "hf", "mf", "collided", "plan"]) {
+    "hf", "mf", "collided", "plan", "land", "shore"]) {
     colours[name] = style.getPropertyValue("--" + name).trim();
   }
   colours.series = Array.from({ length: 8 }, (_, i) => style.getPropertyValue("--c" + i).trim());
@@ -88,11 +88,19 @@ function hatch(context, x, y, width, height) {
   context.beginPath();
   context.rect(x, y, width, height);
   context.clip();
-  const step = 7, first = Math.floor((x + y) / step) * step;
-  shape(context, { stroke: colours.soft }, () => {
-    for (let at = first; at <= x + y + width + height; at += step) { context.moveTo(at - y, y); context.lineTo(at - y - height, y + height); }
-  });
+  hatches(context, x, y, width, height);
   context.restore();
+}
+
+// Lines over a rectangle that fall to the left, or to the right, the same over any that overlap.
+function hatches(context, x, y, width, height, colour = colours.soft, right = false) {
+  const step = 7, from = right ? x - y - height : x + y;
+  shape(context, { stroke: colour }, () => {
+    for (let at = Math.floor(from / step) * step; at <= from + width + height; at += step) {
+      context.moveTo(right ? at + y : at - y, y);
+      context.lineTo(right ? at + y + height : at - y - height, y + height);
+    }
+  });
 }
 
 // Fills and strokes what `path` lays on a canvas, which is left as it was.

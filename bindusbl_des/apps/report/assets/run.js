@@ -72,7 +72,7 @@ function shading(map) {
 function legend(map, closeup) {
   const host = byId("marks"), { mission } = map, { fates, pings, receptions, outcomes } = mission;
   const became = (fate) => pings.fate.some((it) => fates[it] === fate), met = (outcome) => receptions.outcome.some((it) => outcomes[it] === outcome);
-  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.asvsPing && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls };
+  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.asvsPing && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls, land: mission.land, keepOut: mission.keepOut };
   const nobody = mission.discs.hf ? "no ASV in range" : "beyond what the channel lets through to any ASV";
   const add = (mark, words, ...before) => {
     const sample = make("canvas", { "aria-hidden": "true" });
@@ -84,7 +84,7 @@ function legend(map, closeup) {
     box.addEventListener("change", () => { map.hidden[box.checked ? "delete" : "add"](layer); map.sheet.paint(); closeup.map.sheet.paint(); });
     add(layer, words, box);
   }
-  for (const [mark, words] of [["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["call", "call of an ASV, which an AUV answers by a ping"], ["failed", "ASV that failed"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => there[mark] ?? true)) add(mark, words);
+  for (const [mark, words] of [["land", "land"], ["keepOut", "nobody goes here"], ["star", "ASV"], ["hull", "AUV, at its true position"], ["plus", "its estimate"], ["heard", "decoded, in the AUV's colour"], ["lost", "lost"], ["collided", "collided"], ["cross", nobody], ["ring", "fix delivered"], ["call", "call of an ASV, which an AUV answers by a ping"], ["failed", "ASV that failed"], ["gap", "bar over the slider: time without fixes"]].filter(([mark]) => there[mark] ?? true)) add(mark, words);
 }
 
 function legendMark(context, mark, width, height) {
@@ -97,6 +97,8 @@ function legendMark(context, mark, width, height) {
     hf: () => line(colours.hf, 1.5, [7, 4]), mf: () => line(colours.mf, 1.5, [2, 4]), pings: () => ring(colour, 6), signals: () => map.pointed(context, colour, 2, y, width - 2, y), downlink: () => ring(colours.mf, 6, [2, 2]),
     star: () => map.star(context, x, y), hull: () => map.hull(context, x, y, Math.PI / 2, colour),
     plus: () => map.plus(context, x, y, 5, colour, 2),
+    land: () => shape(context, { fill: colours.land, stroke: colours.shore, width: 1.2 }, () => context.rect(3, 2, width - 6, height - 4)),
+    keepOut: () => closedWater(context, 0, 0, width, height, () => context.rect(3, 2, width - 6, height - 4)),
     heard: () => line(colour, 2), lost: () => { line(colour, 2.5, [5, 4]); map.sign(context, "lost", x, y, colour); },
     collided: () => { line(colours.collided, 2.5, [5, 4]); map.sign(context, "collided", x, y, colours.collided); },
     failed: () => marks.cross(), cross: () => map.slanted(context, x, y, 4, colours.soft, 1.5),

@@ -58,6 +58,16 @@ function onEarth([x, y], origin) {
   return [Math.atan2(upper, lower), Math.atan2(north, east)].map((it) => it * 180 / Math.PI);
 }
 
+function closedWater(context, x, y, width, height, path) {
+  context.save();
+  context.beginPath();
+  path();
+  context.clip();
+  hatches(context, x, y, width, height, colours.ink, true);
+  context.restore();
+  shape(context, { stroke: colours.ink, dash: [5, 3] }, path);
+}
+
 class SeaMap {
   constructor(canvas, mission, options = {}) {
     this.mission = mission;
@@ -252,9 +262,22 @@ class SeaMap {
     context.fillText("east (m)", this.width - 48, this.height - 5);
     context.fillText("north (m)", 4, 13);
     shape(context, { stroke: colours.soft }, () => this.outline(context));
+    this.drawClosed(context);
     this.drawScale(context, step, `${text(step)} m`);
     this.drawNorth(context);
     this.drawCurrent(context);
+  }
+  // Water where nobody goes, hatched the other way than what is unknown, and land.
+  drawClosed(context) {
+    const { land = [], keepOut = [] } = this.mission;
+    for (const rings of keepOut) closedWater(context, 0, 0, this.width, this.height, () => this.rings(context, rings));
+    for (const rings of land) shape(context, { fill: colours.land, stroke: colours.shore, width: 1.2 }, () => this.rings(context, rings));
+  }
+  rings(context, rings) {
+    for (const ring of rings) {
+      ring.forEach(([x, y], i) => context[i ? "lineTo" : "moveTo"](...this.at(x, y)));
+      context.closePath();
+    }
   }
   drawScale(context, length, words) {
     const [right, y, long] = [this.width - 12, this.height - 24, length * this.view.scale];
@@ -324,9 +347,16 @@ class SeaMap {
   }
   drawRanges(context, number) {
     if (this.mission.hasFailed(number, this.now)) return;
-    const { hf, mf } = this.mission, { x, y } = this.mission.asvAt(number, this.now);
-    if (!this.hidden.has("hf")) this.ring(context, x, y, hf.reach, colours.hf, { dash: [7, 4], alpha: 0.8, width: 1.3 });
-    if (this.mission.broadcasting && !this.hidden.has("mf")) this.ring(context, x, y, mf.reach, colours.mf, { dash: [2, 4], alpha: 0.8, width: 1.3 });
+    const { x, y } = this.mission.asvAt(number, this.now), { seen } = this.mission.asvs[number];
+    const range = (band, dash) => { // a circle, less what land hides
+      if (this.hidden.has(band)) return;
+      const looks = { dash, alpha: 0.8, width: 1.3 };
+      if (!seen) return this.ring(context, x, y, this.mission[band].reach, colours[band], looks);
+      const [north, east] = seen[band];
+      shape(context, { stroke: colours[band], ...looks }, () => polygon(context, Array.from(north, (it, i) => this.at(it, east[i]))));
+    };
+    range("hf", [7, 4]);
+    if (this.mission.broadcasting) range("mf", [2, 4]);
   }
   star(context, px, py) {
     shape(context, { fill: colours.ink }, () => polygon(context, starAt(px, py, 3.4, 8)));
