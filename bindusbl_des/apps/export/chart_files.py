@@ -11,14 +11,13 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.sax.saxutils import escape
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 import shapely
 
-from ...core.geometry.area import Rings
 from ...core.geometry.formation import keep_station
 from ...core.geometry.geodesy import degrees_text, minutes_text
 from ...core.setup import Setup
@@ -330,8 +329,7 @@ def earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
 def _survey(setup: Setup) -> Iterator[Drawn]:
     """Yield the outline of the survey area, land, and water where nobody goes."""
     on_earth = earthly(setup)
-    outline: tuple[Rings, ...] = ((setup.area.outline,),)
-    shown = [("survey area", AREA, outline)]
+    shown: list[tuple[str, str, Any]] = [("survey area", AREA, ((setup.area.outline,),))]
     for name, look, closed in (
         ("land", LAND, setup.land),
         ("nobody goes here", KEEP_OUT, setup.keep_out),
