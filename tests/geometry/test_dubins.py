@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad  # type: ignore[import-untyped,unused-ignore]
@@ -216,6 +217,20 @@ def test_place_along_a_way() -> None:
     for one, other in pairwise(steps):
         assert abs(other[2] - one[2]) <= step / 8.0 + 1e-12
         assert math.dist(one[:2], other[:2]) == pytest.approx(step, rel=1e-3)
+
+
+def test_a_path_is_a_line_of_few_places_however_long_it_is() -> None:
+    """Straight parts by their ends, a circle once: each place of the path is near the line."""
+    turns = (Segment(0.0, 3e7), Segment(0.2, 5.0 * 2.7), Segment(-0.1, 10.0 * 6000.3 * math.pi))
+    path = paths.Path(paths.Pose(1.0, 2.0, 0.0), turns)
+    line = path.line()
+    assert len(line) < 400
+    assert line[0].tolist() == [1.0, 2.0]
+    assert line[-1] == pytest.approx(path.end[:2])
+    along = np.concatenate([np.linspace(0.0, 3e7, 50), 3e7 + np.linspace(0.0, 200.0, 500)])
+    places = shapely.points(path.sample(along)[:, :2])
+    assert shapely.distance(shapely.LineString(line), places).max() < 10.0 / 3000.0
+    assert paths.Path(path.start, ()).line().tolist() == [[1.0, 2.0]] * 2
 
 
 def test_impossible_ways_are_refused() -> None:

@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped,unused-ignore]
 
+from bindusbl_des import Scenario, Setup
 from bindusbl_des.dynamics import (
     MODELS,
     Fleet,
@@ -566,6 +567,15 @@ def test_a_quiet_rov_floats_up_at_its_terminal_speed() -> None:
     """Excess buoyancy of 2.3 N lifts the idle BlueROV2 where linear and square drag balance it."""
     rise = (-33 + np.sqrt(33**2 + 4 * 190 * -TRIM)) / (2 * 190)
     assert steady_speed("bluerov2", np.zeros(6)) == pytest.approx(rise, rel=1e-6)
+
+
+def test_coefficients_that_no_vehicle_has_are_a_mistake() -> None:
+    """Thrust of 30 MN: the motion grows without end, and it is no speed that is to be less."""
+    vehicle = {"model": "bluerov2", "thruster_limit_n": 3.04e7}
+    scenario = Scenario(name="x", auvs={"vehicle": vehicle, "speed_m_per_s": 0.3})
+    with pytest.raises(ValueError, match=r"grows without end.* give coefficients") as told:
+        Setup(scenario).plans  # noqa: B018 (it is asked for)
+    assert "ask for less" not in str(told.value)
 
 
 def test_a_ballasted_rov_hangs_still() -> None:

@@ -19,8 +19,8 @@ from .trajectory import closed_handles, draw_survey, heard_patches
 
 # A4 (in), its margin, and how high a line of text and the chart are
 PAPER, MARGIN, LINE, CHART = (8.27, 11.69), 0.6, 0.165, 4.9
-# Type (pt), and how many of its letters a line has
-TITLE, HEADING, TEXT, LETTERS = 15, 10, 8.5, 118
+# Type (pt), and how many letters of TEXT a line has
+TITLE, HEADING, TEXT, SMALL, LETTERS = 15, 10, 8.5, 7, 118
 
 # Steps of a graticule (minutes of arc): so many of its lines are wanted across a chart
 MINUTES = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60)
@@ -68,8 +68,9 @@ def skippers_sheet(
     writer.down -= height + 0.42
     for table in sheet.tables:
         _tabulate(figure, writer, table)
+    foot = "\n".join(wrap(sheet.foot, int(LETTERS * TEXT / SMALL)))
     figure.text(
-        MARGIN / PAPER[0], 0.35 / PAPER[1], sheet.foot, fontsize=7, color="#555555", va="bottom"
+        MARGIN / PAPER[0], 0.35 / PAPER[1], foot, fontsize=SMALL, color="#555555", va="bottom"
     )
     return figure
 

@@ -88,7 +88,7 @@ def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
     )
     paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
-    starts = np.array([path[0] for path in paths.values()]).reshape(-1, 2)
+    starts = np.array([path[0] for path in paths.values()])
     for reach, colour, style, label in reaches:
         heard = heard_patches(setup, starts[:, ::-1], reach)
         axes.add_collection(
@@ -96,9 +96,7 @@ def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
         )
     for name, place in zip(paths, starts.tolist(), strict=True):
         if len(paths) <= LARGEST_LEGEND:
-            axes.annotate(
-                name, (place[0], place[1]), (4, 4), textcoords="offset points", clip_on=True
-            )
+            axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 

@@ -361,7 +361,7 @@ class Site(Facts):
                 )
             except ValueError as error:
                 key = group.key("speed_m_per_s")
-                raise ValueError(f"{key}: {error}; ask for less") from None
+                raise ValueError(f"{key}: {error}") from None
         return tuple(found[auv.group, auv.speed_m_per_s] for auv in self.auvs)
 
     # The ways of the AUVs

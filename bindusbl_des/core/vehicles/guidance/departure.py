@@ -143,7 +143,7 @@ def smallest_turn(model: str, speed: float, overrides: Mapping[str, float] | Non
     if not 0.0 < speed <= fastest:
         raise ValueError(
             f"{model}: a speed of {speed} m/s is not between 0 and the {_reached(fastest)} m/s "
-            "that it reaches"
+            "that it reaches; ask for less"
         )
     return _smallest_turn(model, float(speed), parameters(model, overrides))
 

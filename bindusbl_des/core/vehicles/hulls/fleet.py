@@ -360,15 +360,17 @@ def _settle(
         try:
             with np.errstate(over="ignore", invalid="ignore"):  # a drag that drives never settles
                 motion = _window(fleet, window * WINDOW_S)
-        except DivergenceError:
-            break
+        except DivergenceError as lost:
+            raise ValueError(
+                f"{model}: the motion under command {np.asarray(command).tolist()} grows without "
+                f"end, at {lost.time_s:g} s already; give coefficients that a vehicle can have"
+            ) from None
         if np.all(np.abs(motion - before) <= SETTLED * np.abs(motion).max() + NO_TURN):
             return motion
         before = motion
     raise ValueError(
         f"{model}: the motion under command {np.asarray(command).tolist()} has not settled after "
-        f"{PATIENCE_S:.0f} s: it swings, creeps, or grows without end; hold another command, close "
-        "a loop, or give coefficients that a vehicle can have"
+        f"{PATIENCE_S:.0f} s: it swings or creeps; hold another command or close a loop"
     )
 
 
