@@ -1,7 +1,7 @@
-"""The area of sea to be surveyed: a square, a rectangle that may be turned, or a simple polygon.
+"""The area to be surveyed: a square, a rectangle of any heading, or a simple polygon.
 
-Survey frame: x north, y east (m); angles turn from +x towards +y.  What a rectangle needs is said
-in closed form here; the geometry of other polygons is shapely's, loaded where there is one.
+Survey frame: x north, y east (m); angles turn from +x towards +y.  Rectangles are computed in
+closed form; all other polygons by shapely, which is imported only when such an area is used.
 """
 
 import math
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 Point = tuple[float, float]
-# A polygon: its outer ring, and the rings of the holes in it, x and y (m).
+# A polygon: its outer ring, then the rings of its holes, x and y (m).
 Rings = tuple[tuple[Point, ...], ...]
 
-# Polygons smaller than this (m, m2) are mistakes: two points given twice, degrees for metres.
+# A polygon narrower or smaller than this (m, m2) is a mistake: repeated points, or degrees.
 LEAST_ACROSS, LEAST_AREA = 0.1, 0.01
 
-# What lies within this share of a band's width of its edge only touches it: rounding.
+# An area that enters a band by less than this share of its width only touches it: rounding.
 TOUCHING = 1e-6
 
 # Rectangles whose areas differ by less than this share are equal: rounding.
@@ -31,7 +31,7 @@ EQUAL = 1e-9
 
 
 class Box(NamedTuple):
-    """The bounds of something along the axes of a frame (m)."""
+    """An axis-aligned bounding box (m)."""
 
     x_min: float
     y_min: float
@@ -39,7 +39,7 @@ class Box(NamedTuple):
     y_max: float
 
     def beyond(self, x: float, y: float) -> float:
-        """Return how far (m) a place lies beyond the nearest line of an edge, negative inside.
+        """Return how far (m) a point lies outside the box along the worse axis; negative inside.
 
         >>> Box(-30.0, -30.0, 30.0, 30.0).beyond(0.0, 40.0)
         10.0
@@ -51,7 +51,7 @@ class Box(NamedTuple):
 
 
 def bounds(points: Sequence[Point]) -> Box:
-    """Return the bounds of points.
+    """Return the bounding box of points (m).
 
     >>> bounds([(0.0, 1.0), (2.0, -1.0)])
     Box(x_min=0.0, y_min=-1.0, x_max=2.0, y_max=1.0)
@@ -61,7 +61,7 @@ def bounds(points: Sequence[Point]) -> Box:
 
 
 def turned(point: Point, angle: float) -> Point:
-    """Return a point turned about the origin by an angle (rad); by none, the same to the bit."""
+    """Return a point rotated about the origin by an angle (rad); by 0 it is the same to the bit."""
     if angle == 0.0:
         return point
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -70,11 +70,12 @@ def turned(point: Point, angle: float) -> Point:
 
 @dataclass(frozen=True)
 class Area:
-    """A simple polygon: its corners (m) in a frame of its own, which is turned by an angle (rad).
+    """A simple polygon: corners (m) in its own frame, which is turned by an angle (rad).
 
-    Made by :func:`rectangle` or :func:`polygon`.  A rectangle's own frame has its axes along the
-    sides, so that what is planned in it does not depend on how it is turned.  Polygons of its own
-    frame are `closed`, land or water where nobody goes; with any it is no rectangle.
+    :func:`rectangle` and :func:`polygon` make areas.  A rectangle's own frame lies along its sides,
+    so that a plan made in it does not depend on `turn`.  `closed` holds polygons of the own frame,
+    land or keep-outs, that no vehicle enters; an area with any counts as a polygon, not as a
+    rectangle.
 
     >>> rectangle(300.0, 200.0).square_m, polygon([(0, 0), (60, 0), (0, 80)]).square_m
     (60000.0, 2400.0)
@@ -87,36 +88,34 @@ class Area:
 
     @cached_property
     def outline(self) -> tuple[Point, ...]:
-        """The corners in the survey frame, going round once, whatever of it is closed."""
+        """The corners (m) of the whole area in the survey frame, each once; ignores `closed`."""
         return tuple(turned(corner, self.turn) for corner in self.corners)
 
     @cached_property
     def box(self) -> Box:
-        """The bounds in the survey frame."""
+        """The bounding box of the open part in the survey frame."""
         return Box(*self.shape.bounds) if self.closed else bounds(self.outline)
 
     @property
     def side(self) -> float | None:
-        """The side of a square about the origin along the axes, of which nothing is closed; None
-        for any other area.
-        """
+        """The side (m) of an unturned square about the origin with nothing closed; else None."""
         box = bounds(self.corners)
         is_square = box.x_max == box.y_max == -box.x_min == -box.y_min
         return 2 * box.x_max if self.is_rectangle and is_square and self.turn == 0.0 else None
 
     @property
     def square_m(self) -> float:
-        """How large it is (m2), without what is closed."""
+        """The open area (m2): closed polygons do not count."""
         return float(self.shape.area) if self.closed else _moments(self.outline)[0]
 
     @cached_property
     def centroid(self) -> Point:
-        """The centre of gravity of its outline, x and y (m): of a rectangle the origin."""
+        """The centroid of the outline, x and y (m); the origin for a rectangle."""
         return (0.0, 0.0) if self.is_rectangle else _moments(self.outline)[1]
 
     @cached_property
     def across(self) -> float:
-        """The longer side of the smallest rectangle around it (m): of a square, its side."""
+        """The longer side (m) of the smallest enclosing rectangle, of any heading."""
         if self.is_rectangle:
             box = bounds(self.corners)
             return max(box.x_max - box.x_min, box.y_max - box.y_min)
@@ -126,12 +125,12 @@ class Area:
 
     @property
     def farthest(self) -> float:
-        """How far its farthest corner is from the origin (m)."""
+        """The distance (m) of the farthest corner from the origin."""
         return max(math.hypot(*corner) for corner in self.corners)
 
     @property
     def words(self) -> str:
-        """What it is, in words."""
+        """The size and shape in words, for messages."""
         if not self.is_rectangle:
             without = " without land or water where nobody goes" if self.closed else ""
             corners = len(self.corners)
@@ -143,17 +142,17 @@ class Area:
 
     @cached_property
     def closed_shape(self) -> "shapely.Geometry":
-        """What is closed as shapely's, in the survey frame."""
+        """The closed polygons as one shapely geometry in the survey frame."""
         return solid(_turned(self.closed, self.turn))
 
     @property
     def is_convex(self) -> bool:
-        """Whether no straight line leaves it and comes back."""
+        """Whether the straight line between any two points of the open area stays inside it."""
         return self.is_rectangle or self.shape.area >= self.shape.convex_hull.area * (1.0 - EQUAL)
 
     @cached_property
     def shape(self) -> "shapely.Geometry":
-        """It as shapely's, in the survey frame, without what is closed."""
+        """The open area as a shapely geometry in the survey frame."""
         import shapely
 
         whole = shapely.Polygon(self.outline)
@@ -161,10 +160,10 @@ class Area:
             return whole
         left = shapely.difference(whole, self.closed_shape)
         parts = [part for part in shapely.get_parts(left) if part.geom_type == "Polygon"]
-        return shapely.union_all(parts)  # what only touches is no area
+        return shapely.union_all(parts)  # without the points and lines of mere contact
 
     def along(self, heading: float) -> "Area":
-        """Return it as seen in a frame whose x axis has a heading (rad).
+        """Return the area in a frame whose x axis has a heading (rad).
 
         >>> rectangle(30.0, 20.0, math.radians(70.0)).along(math.radians(70.0)).box
         Box(x_min=-15.0, y_min=-10.0, x_max=15.0, y_max=10.0)
@@ -175,10 +174,10 @@ class Area:
         return Area(corners, 0.0, False, _turned(self.closed, self.turn - heading))
 
     def without(self, closed: tuple[Rings, ...]) -> "Area":
-        """Return it with polygons of the survey frame closed.
+        """Return the area with further polygons (survey frame) closed.
 
         Raises:
-            ValueError: when they leave nothing of it.
+            ValueError: when nothing of the area stays open.
         """
         found = Area(self.corners, self.turn, False, _turned(closed, -self.turn))
         if found.shape.area < LEAST_AREA:
@@ -188,9 +187,9 @@ class Area:
         return found
 
     def beyond(self, x: float, y: float) -> float:
-        """Return how far (m) a place is outside; 0 or less inside.
+        """Return how far (m) a point lies outside the area; 0 or less inside.
 
-        For a rectangle it is how far beyond the line of an edge.
+        For a rectangle this is :meth:`Box.beyond`, in its own frame.
         """
         if self.is_rectangle:
             return bounds(self.corners).beyond(*turned((x, y), -self.turn))
@@ -199,7 +198,7 @@ class Area:
         return float(shapely.distance(self.shape, shapely.Point(x, y)))
 
     def contains(self, points: "ArrayLike") -> "NDArray[np.bool_]":
-        """Tell of each point (n, 2), m, whether it lies inside; on the edge counts."""
+        """Tell which points (n, 2), m, lie inside or on the edge; shape (n,)."""
         import numpy as np
 
         x, y = np.asarray(points, dtype=np.float64).T
@@ -210,9 +209,9 @@ class Area:
         return np.asarray(shapely.intersects_xy(self.shape, x, y))
 
     def spans(self, edges: Sequence[Point]) -> list[Point]:
-        """Return how far it reaches along x (m) within each band of y, lower and upper edge (m).
+        """Return the x interval (m) that the area occupies in each band of y, a pair of edges (m).
 
-        Raises ValueError for a band that it does not reach into.
+        Raises ValueError for a band outside the area.
 
         >>> polygon([(0, 0), (60, 0), (60, 20), (0, 20)]).spans([(0.0, 10.0)])
         [(0.0, 60.0)]
@@ -234,14 +233,14 @@ class Area:
 
 
 def solid(polygons: Sequence[Rings]) -> "shapely.Geometry":
-    """Return polygons together as shapely's, with their holes."""
+    """Return polygons with their holes as one shapely geometry."""
     import shapely
 
     return shapely.union_all([shapely.Polygon(outer, holes) for outer, *holes in polygons])
 
 
 def _turned(polygons: tuple[Rings, ...], angle: float) -> tuple[Rings, ...]:
-    """Return polygons turned about the origin by an angle (rad)."""
+    """Return polygons rotated about the origin by an angle (rad)."""
     return tuple(
         tuple(tuple(turned(corner, angle) for corner in ring) for ring in rings)
         for rings in polygons
@@ -249,7 +248,7 @@ def _turned(polygons: tuple[Rings, ...], angle: float) -> tuple[Rings, ...]:
 
 
 def plain_area(square_m: float) -> str:
-    """Return an area (m2) as one says it.
+    """Return an area (m2) as text with its unit.
 
     >>> plain_area(45_000.0), plain_area(12.25)
     ('45,000 m2', '12.2 m2')
@@ -258,8 +257,9 @@ def plain_area(square_m: float) -> str:
 
 
 def vertices(count: int, radius: float, angle_rad: float) -> list[Point]:
-    """Return those of a regular polygon about the origin (m), the first at an angle from +x towards
-    +y, the others in that direction of turning; one alone is the origin.
+    """Return the vertices (m) of a regular polygon about the origin; a single one is the origin.
+
+    The first lies at `angle_rad` from +x towards +y, the others follow in that sense of rotation.
 
     >>> [(round(x), round(y)) for x, y in vertices(4, 50.0, 0.0)]
     [(50, 0), (0, 50), (-50, 0), (0, -50)]
@@ -271,16 +271,16 @@ def vertices(count: int, radius: float, angle_rad: float) -> list[Point]:
 
 
 def rectangle(size_x: float, size_y: float, turn: float = 0.0) -> Area:
-    """Return the rectangle about the origin of two sides (m), turned by an angle (rad)."""
+    """Return the rectangle of two sides (m) about the origin, rotated by an angle (rad)."""
     x, y = size_x / 2, size_y / 2
     return Area(((x, y), (x, -y), (-x, -y), (-x, y)), turn, True)
 
 
 def polygon(corners: Sequence[Point]) -> Area:
-    """Return the polygon of some corners (m), of which the last may repeat the first.
+    """Return the polygon of corners (m); the last may repeat the first.
 
     Raises:
-        ValueError: saying what is wrong, when they make no simple polygon.
+        ValueError: when there are fewer than three corners, edges cross, or the area is too small.
     """
     points = [(float(x), float(y)) for x, y in corners]
     if len(points) > 1 and points[0] == points[-1]:
@@ -301,9 +301,9 @@ def polygon(corners: Sequence[Point]) -> Area:
 
 
 def _sides(shape: "shapely.Polygon") -> tuple[float, float]:
-    """Return the sides (m) of the smallest rectangle around a shape; of equal ones the longest.
+    """Return the sides (m) of the smallest rectangle around a shape; among equal ones the longest.
 
-    One of its sides lies along one of the hull's.  About a triangle all three are equal.
+    One side of it lies along an edge of the convex hull.  About a triangle, all three are equal.
     """
     import numpy as np
     import shapely
@@ -320,9 +320,10 @@ def _sides(shape: "shapely.Polygon") -> tuple[float, float]:
 
 
 def _moments(points: Sequence[Point]) -> tuple[float, Point]:
-    """Return area (m2) and centroid (m) of a simple polygon, by the shoelace formula.
+    """Return the area (m2) and centroid (m) of a simple polygon, by the shoelace formula.
 
-    Coordinates are taken from its first corner, or else far surveys would lose digits.
+    Coordinates are taken from the first corner, so that surveys far from the origin keep their
+    digits.
     """
     x0, y0 = points[0]
     twice = first_x = first_y = 0.0

@@ -1,11 +1,9 @@
-"""How much of the survey the ASVs can hear: exactly, by geometry, not on a grid.
+"""How much of the survey the ASVs hear: exactly, by geometry, not on a grid.
 
-The survey is an :class:`.area.Area`, or a square given by its side, with its middle at the origin
-and its edges at x, y = +-side/2.  It is cut up by which ASV is nearest (Voronoi cells): within the
-cell of an ASV only its own range circle counts, and the point farthest from it is a corner, for a
-distance is convex.  An ASV hears what lies within `hf_range` of it, the
-edge included.  Distances here are horizontal: for a slant range R and AUVs at depth z take
-sqrt(R^2 - z^2).
+The survey is an :class:`.area.Area`, or the side of a square about the origin.  It is cut into
+Voronoi cells: within the cell of an ASV only that ASV's range circle counts, and the farthest point
+of a cell is one of its corners, since distance is convex.  An ASV hears up to `hf_range`, edge
+included.  Distances are horizontal: for a slant range R and AUVs at depth z take sqrt(R^2 - z^2).
 """
 
 import math
@@ -21,25 +19,25 @@ from .area import Area, Point, rectangle
 from .formation import distances, stations
 from .land import QUARTER, Land
 
-# Decimals of metres to which ASVs are told apart: bisectors of nearer ones are only rounding.
+# ASVs at equal positions, rounded to so many decimals (m), are one: their bisector is rounding.
 MICROMETRES = 6
 
-# A distance that is larger than a range by less than this share is as large.
+# A distance that exceeds a range by less than this share equals it: rounding.
 EQUAL = 1e-9
 
-# A corner so little (m) beyond a bisector lies on it.
+# A corner that lies beyond a bisector by less than this (m) is on it: rounding.
 ROUNDING = 1e-10
 
 
 def _cells(area: Area, asvs: ArrayLike) -> list[tuple[shapely.Geometry, Floats]]:
-    """Return the part of an area that is nearest to each ASV, for those to which any is.
+    """Return the Voronoi cell of each ASV within an area, and the ASV's position; no empty cells.
 
-    It is cut off by the bisectors to the others, each time by the one beyond which most of it lies.
+    Bisectors cut a cell one by one, first the one beyond which its corners reach farthest.
     """
     return _cells_of(area, tuple(map(tuple, stations(asvs).tolist())))
 
 
-@lru_cache(maxsize=1)  # coverage, the loneliest point and its distance are asked of the same
+@lru_cache(maxsize=1)  # coverage, the loneliest point and its distance need the same cells
 def _cells_of(area: Area, asvs: tuple[Point, ...]) -> list[tuple[shapely.Geometry, Floats]]:
     given = np.array(asvs)
     places = given[np.sort(np.unique(np.round(given, MICROMETRES), axis=0, return_index=True)[1])]
@@ -54,7 +52,7 @@ def _cells_of(area: Area, asvs: tuple[Point, ...]) -> list[tuple[shapely.Geometr
             other = beyond.argmax()
             if beyond[other] <= ROUNDING:
                 break
-            bisector[other] = np.inf  # which has cut
+            bisector[other] = np.inf  # cuts once
             far = _farthest(area.shape, place) + apart[other]  # beyond all of the area
             along, back = (
                 far * np.array((-towards[other, 1], towards[other, 0])),
@@ -69,15 +67,15 @@ def _cells_of(area: Area, asvs: tuple[Point, ...]) -> list[tuple[shapely.Geometr
 
 
 def _farthest(cell: shapely.Geometry, place: Floats) -> float:
-    """Return how far (m) the farthest corner of a cell is from a place."""
+    """Return the distance (m) from a position to the farthest corner of a cell."""
     return float(np.hypot(*(shapely.get_coordinates(cell) - place).T).max())
 
 
 def _ring_in_range(ring: Floats, reach: float) -> float:
     """Return the signed area (m2) of the disc about the origin inside a closed ring (n, 2), m.
 
-    Each edge adds the triangle with the origin where it is within reach, and the sector of the disc
-    that it cuts off where it is not.
+    Each edge adds its triangle with the origin where it is inside the disc, and a sector of the
+    disc where it is outside.
     """
     start, step = ring[:-1], np.diff(ring, axis=0)
     length = np.hypot(*step.T)
@@ -101,15 +99,15 @@ def _cross(first: Floats, second: Floats) -> Floats:
 
 
 def _angle(first: Floats, second: Floats) -> Floats:
-    """Return the signed angle (rad) from each vector to another, none where they are one."""
+    """Return the signed angle (rad) from each vector of `first` to that of `second`; 0 if equal."""
     return np.asarray(np.arctan2(_cross(first, second), (first * second).sum(axis=1)))
 
 
-# What a cell of the map shows: heard by no ASV, by one, by two or more, and a station that
-# digits cannot name; and what is outside the survey.
+# Characters of the map: a point that no ASV hears, one ASV, two or more; an ASV without a digit of
+# its own; a point outside the survey.
 UNCOVERED, ONCE, SEVERAL, STATION, OUTSIDE = ".", "o", "#", "*", " "
 
-# ASVs whose distances to all points are worked out at a time.
+# Distances to all points are computed for so many ASVs at a time.
 BLOCK = 200
 
 # A character of a terminal is about twice as high as it is wide.
@@ -119,11 +117,11 @@ CHARACTER_HEIGHT = 2.0
 def covering_radius(survey: Area | float, asvs: ArrayLike) -> float:
     """Return the distance (m) from the loneliest point of the survey to its nearest ASV.
 
-    The survey is fully covered exactly if the HF range is not below this.  The loneliest point is
-    a corner, a point of the edge as far from two ASVs, or an inner point as far from three.
-    `survey` is an area, or the side of a square in m, `asvs` of shape (n, 2) in m.
-    Raises ValueError for a side that is not positive and as :func:`.formation.stations` does.
-    Source: physics of eq. coverage, whose corners alone are not enough.
+    The ASVs cover the survey completely if the HF range is at least this.  The loneliest point is a
+    corner, a point of the edge equally far from two ASVs, or an inner point equally far from three.
+    `survey` is an area, or the side (m) of a square; `asvs` has shape (n, 2), m. Raises ValueError
+    for a side that is not positive, and as :func:`.formation.stations` does. Source: physics of eq.
+    coverage, whose corners alone do not suffice.
 
     >>> round(covering_radius(60.0, [(50.0, 0.0), (-50.0, 0.0)]), 3)
     58.31
@@ -132,14 +130,14 @@ def covering_radius(survey: Area | float, asvs: ArrayLike) -> float:
 
 
 def is_within(radius: float, reach: float) -> bool:
-    """Tell whether a distance (m) is within a range (m), but for rounding."""
+    """Tell whether a distance (m) is at most a range (m), but for rounding."""
     return radius * (1.0 - EQUAL) <= reach
 
 
 def loneliest_point(survey: Area | float, asvs: ArrayLike) -> tuple[float, float]:
-    """Return the point x, y (m) of the survey that is farthest from its nearest ASV.
+    """Return the point x, y (m) of the survey that is farthest from its nearest ASV; one of equals.
 
-    Arguments and errors are those of :func:`covering_radius`; any of points that are equally far.
+    Arguments and errors are those of :func:`covering_radius`.
 
     >>> loneliest_point(60.0, [(50.0, 0.0), (-50.0, 0.0)])
     (0.0, -30.0)
@@ -151,12 +149,12 @@ def loneliest_point(survey: Area | float, asvs: ArrayLike) -> tuple[float, float
 
 
 def covered_area(survey: Area | float, asvs: ArrayLike, hf_range: float) -> float:
-    """Return the fraction of the survey within HF range of at least one ASV, in [0, 1].
+    """Return the fraction, in [0, 1], of the survey within HF range of at least one ASV.
 
-    Exact up to rounding: what an ASV hears of its cell is made of triangles and sectors.  `survey`
-    is an area, or the side of a square in m, `hf_range` in m, `asvs` of shape (n, 2) in m.  Raises
-    ValueError for a side that is not positive, a range that is negative or not finite, and as
-    :func:`.formation.stations` does.
+    Exact but for rounding: what an ASV hears of its cell consists of triangles and sectors.
+    `survey` is an area, or the side (m) of a square; `asvs` has shape (n, 2), m; `hf_range` is in
+    m. Raises ValueError for a side that is not positive, a range that is negative or not finite,
+    and as :func:`.formation.stations` does.
 
     >>> round(covered_area(60.0, [(50.0, 0.0), (-50.0, 0.0)], 50.0), 4)
     0.8938
@@ -174,11 +172,11 @@ def covered_area(survey: Area | float, asvs: ArrayLike, hf_range: float) -> floa
 
 
 def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
-    """Tell of each point whether it is within HF range of at least one ASV; the edge counts.
+    """Tell which points are within HF range (m) of at least one ASV, edge included.
 
-    `points` of shape (..., 2) and `asvs` of shape (n, 2) in m; the answer has the shape (...).
-    Raises ValueError for points without two coordinates, a range that is negative or not finite,
-    and as :func:`.formation.stations` does.
+    `points` has shape (..., 2) and `asvs` (n, 2), both in m; the result has shape (...). Raises
+    ValueError for points without two coordinates, a range that is negative or not finite, and as
+    :func:`.formation.stations` does.
 
     >>> is_covered([(0.0, 0.0), (30.0, 40.0)], [(80.0, 0.0)], 80.0).tolist()
     [True, True]
@@ -189,9 +187,10 @@ def is_covered(points: ArrayLike, asvs: ArrayLike, hf_range: float) -> Flags:
 def covered_by_rings(
     area: Area, asvs: ArrayLike, rings: Sequence[tuple[float, float]], land: Land | None = None
 ) -> float:
-    """Return the fraction of an area between whose distances (m) from an ASV, of pairs in `rings`,
-    it lies, with no land between: exact for one circle without any, else for polygons of 360
-    corners instead of circles.
+    """Return the fraction of an area in a ring of some ASV, with no land between.
+
+    A ring is a pair of distances (m) from the ASV.  One full circle without land is exact;
+    otherwise polygons of 360 corners stand for circles.
     """
     if land is None and len(rings) == 1 and rings[0][0] == 0.0:
         return covered_area(area, asvs, rings[0][1])
@@ -217,14 +216,14 @@ def coverage_map(
     columns: int = 48,
     land: Land | None = None,
 ) -> list[str]:
-    """Return the survey as lines of text: what no ASV, one ASV or several ASVs hear: up to a range
-    (m), or between the distances of pairs, with no `land` between.
+    """Return a map of the survey as lines of text: points that no, one or several ASVs hear.
 
-    North (x) is up, east (y) to the right.  A cell shows its middle: '.' heard by none, 'o' by one,
-    '#' by several, ' ' outside the survey; ASVs within its bounds appear as their number, '*' from
-    the eleventh on and where they share a cell.  `columns` characters wide, of a square half as
-    many lines; of a survey that is more than twice as high as wide fewer, and as many lines.
-    Raises ValueError for less than one column and as :func:`covered_area` does.
+    An ASV hears up to a range (m), or in rings, pairs of distances (m), with no `land` between.
+    North (x) is up, east (y) is right.  A character shows the middle of its cell: '.' heard by no
+    ASV, 'o' by one, '#' by several, ' ' outside the survey.  An ASV shows its number, or '*' from
+    the eleventh ASV on and where ASVs share a cell.  The map has `columns` characters a line and,
+    for a square, half as many lines; a survey more than twice as high as wide has `columns` lines
+    instead. Raises ValueError for less than one column, and as :func:`covered_area` does.
 
     >>> for line in coverage_map(140.0, [(0.0, 0.0), (50.0, 0.0)], 40.0, columns=20):
     ...     print(f"|{line}|")
@@ -272,9 +271,7 @@ def _heard_by(
     rings: Sequence[tuple[float, float]],
     land: Land | None = None,
 ) -> NDArray[np.intp]:
-    """Return how many ASVs hear each point, between the distances (m) of pairs, with no land
-    between.
-    """
+    """Return how many ASVs hear each point (..., 2), m, in a ring of distances (m), (...)."""
     array = np.asarray(points, dtype=np.float64)
     if array.ndim < 1 or array.shape[-1] != 2:
         raise ValueError(
@@ -294,7 +291,7 @@ def _heard_by(
 
 
 def _area(survey: Area | float) -> Area:
-    """Return a survey, an area or the side (m) of a square, as an area."""
+    """Return the survey as an area; a number is the side (m) of a square."""
     if isinstance(survey, Area):
         return survey
     if not 0.0 < survey < math.inf:

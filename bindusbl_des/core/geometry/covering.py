@@ -1,10 +1,10 @@
-"""Where k vessels hear all of many places, or most of them.
+"""Stations from which k vessels hear all of many positions, or as many as possible.
 
-The smallest circle around places is the best station of one vessel; the smallest k equal circles
-are those of k.  What k vessels that hear as far as R cover completely can be covered exactly if the
-radius found here is not above R (objective O1 of the k-centre problem, which is NP-hard for k among
-the input).  Beyond their reach the k-centre objective puts vessels between places that none of them
-then hears; `max_cover` leaves the farthest places out (objective O2).
+The centre of the smallest enclosing circle is the best station of one vessel; k equal circles of
+the least radius give those of k.  If that radius is at most the range R, k vessels cover every
+position (objective O1: the k-centre problem, NP-hard in k).  With a larger radius, the k-centre
+objective may put a vessel midway between positions that it then does not hear; `max_cover` gives up
+the farthest positions instead (objective O2).
 """
 
 from itertools import combinations
@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from ...support.arrays import Flags, Floats
 from .formation import distances, stations
 
-# A place beyond a circle by no more than this share of its radius lies on it: rounding.
+# A point outside a circle by at most this share of its radius is on it: rounding.
 CIRCLE_ROUNDING = 1e-12
 
 
 class Circle(NamedTuple):
-    """A circle: the place of its middle and its radius (m)."""
+    """A circle: x and y of its centre, and its radius (m)."""
 
     x: float
     y: float
@@ -30,12 +30,12 @@ class Circle(NamedTuple):
 
 
 def enclosing_circle(places: ArrayLike) -> Circle:
-    """Return the smallest circle that encloses places (n, 2), in m.
+    """Return the smallest circle that encloses points (n, 2), m.
 
-    Two or three places determine it (Welzl 1991, "Smallest enclosing disks").  Beginning with any
-    one of them, the place farthest outside is taken in, until none is: the radius grows with each
-    step, so there are finitely many (the pivot rule of Gärtner 1999).
-    Raises ValueError as :func:`.formation.stations` does.
+    Two or three of the points determine it (Welzl 1991, "Smallest enclosing disks").  The farthest
+    point outside joins the circle until none is outside: each step enlarges the radius, so the
+    steps end (the pivot rule of Gärtner 1999).  Raises ValueError as :func:`.formation.stations`
+    does.
 
     >>> enclosing_circle([(-60.0, -60.0), (60.0, 60.0), (0.0, 0.0)])
     Circle(x=0.0, y=0.0, radius=84.8528137423857)
@@ -51,7 +51,7 @@ def enclosing_circle(places: ArrayLike) -> Circle:
         if away[farthest] <= circle.radius * (1.0 + CIRCLE_ROUNDING):
             break
         wider, support = _smallest(np.vstack((support, points[farthest])))
-        if wider.radius <= circle.radius:  # what is still outside, rounding put there
+        if wider.radius <= circle.radius:  # only rounding put that point outside
             circle = circle._replace(radius=float(away[farthest]))
             break
         circle = wider
@@ -59,9 +59,9 @@ def enclosing_circle(places: ArrayLike) -> Circle:
 
 
 def _smallest(points: Floats) -> tuple[Circle, Floats]:
-    """Return the smallest circle around two to four places, and those that determine it.
+    """Return the smallest circle around two to four points, and the two or three that determine it.
 
-    It passes through two of them, as its diameter, or through three.
+    Two are the ends of a diameter; three lie on the circle.
     """
     best: tuple[Circle, Floats] | None = None
     for size in (2, 3):
@@ -72,7 +72,7 @@ def _smallest(points: Floats) -> tuple[Circle, Floats]:
             encloses = away <= circle.radius * (1.0 + CIRCLE_ROUNDING)
             if encloses and (best is None or circle.radius < best[0].radius):
                 best = circle, support
-    if best is None:  # three in a row but for rounding: the two farthest apart
+    if best is None:  # nearly collinear points: the two farthest apart
         pairs = list(combinations(points, 2))
         support = np.array(max(pairs, key=lambda pair: float(np.hypot(*(pair[0] - pair[1])))))
         best = diametral(support), support
@@ -80,13 +80,13 @@ def _smallest(points: Floats) -> tuple[Circle, Floats]:
 
 
 def diametral(pair: Floats) -> Circle:
-    """Return the circle of which two places (2, 2) are a diameter."""
+    """Return the circle that has two points (2, 2), m, as the ends of a diameter."""
     x, y = (pair[0] + pair[1]) / 2.0
     return Circle(float(x), float(y), float(np.hypot(*(pair[1] - pair[0]))) / 2.0)
 
 
 def circumscribed(triple: Floats) -> Circle:
-    """Return the circle through three places (3, 2); of three in a row its radius is infinite."""
+    """Return the circle through three points (3, 2), m: of infinite radius if they are in line."""
     (ax, ay), (bx, by), (cx, cy) = triple.tolist()
     bx, by, cx, cy = bx - ax, by - ay, cx - ax, cy - ay
     twice_area = 2.0 * (bx * cy - by * cx)
@@ -100,16 +100,16 @@ def circumscribed(triple: Floats) -> Circle:
 
 Numbers = NDArray[np.intp]
 
-# Up to so many different places, and vessels, the best centres are found exactly.
+# k_centre is exact up to so many different points and centres.
 EXACT_PLACES, EXACT_COUNT = 16, 6
-# Farthest-first starts, each improved until nothing changes or so often.
+# Farthest-first starts, and how many rounds may improve each.
 STARTS, ROUNDS = 8, 100
-# A place beyond a circle by no more than this share of its radius is within it: rounding.
+# A point outside a circle by at most this share of its radius is inside: rounding.
 RADIUS_ROUNDING = 1e-9
 
 
 class Centres(NamedTuple):
-    """Centres (k, 2), m, the number of its nearest for each place (n,), and the radius (m)."""
+    """Centres (k, 2), m; for each point (n,) the index of its nearest centre; the radius (m)."""
 
     places: Floats
     nearest: Numbers
@@ -117,14 +117,13 @@ class Centres(NamedTuple):
 
 
 def k_centre(places: ArrayLike, count: int) -> Centres:
-    """Return `count` centres, the farthest of places (n, 2) as near to one of them as possible.
+    """Return `count` centres that make the largest distance (m) of points (n, 2) to a centre least.
 
-    Positions in m.  Exact for at most `EXACT_PLACES` different places and `EXACT_COUNT` centres;
-    else the best of `STARTS` farthest-first traversals (Gonzalez 1985: at most twice the least
-    radius), each improved by moving every centre to the middle of the smallest circle around what
-    is nearest to it.  The same places give the same centres; of more centres than different places,
-    those left over lie where others do.  Raises ValueError for less than one centre and as
-    :func:`.formation.stations` does.
+    Exact for at most `EXACT_PLACES` different points and `EXACT_COUNT` centres.  Otherwise the best
+    of `STARTS` farthest-first traversals (Gonzalez 1985: at most twice the least radius), each
+    improved by moving every centre to the middle of the smallest circle around its own points.
+    Equal points give equal centres.  With more centres than different points, the surplus repeats
+    others. Raises ValueError for less than one centre, and as :func:`.formation.stations` does.
 
     >>> found = k_centre([(-60, -60), (60, 60), (0, 0), (-50, 60)], 2)
     >>> found.places.tolist(), found.radius
@@ -150,11 +149,10 @@ def k_centre(places: ArrayLike, count: int) -> Centres:
 
 
 def _exact(points: Floats, count: int) -> Floats:
-    """Return the best centres (count, 2): the least of critical radii at which circles suffice.
+    """Return the optimal centres (count, 2), m, of at most `EXACT_PLACES` different points.
 
-    Each of the best circles is the smallest around its points, hence one point or through two or
-    three: the radius is one of finitely many, and whether circles of a radius suffice is found by
-    covering the first point that is not yet, in every way.
+    Each optimal circle is determined by one, two or three points, so its radius is one of finitely
+    many.  A bisection over these asks :func:`_cover` whether circles of that radius suffice.
     """
     pairs = [diametral(np.array(combination)) for combination in combinations(points, 2)]
     triples = [circumscribed(np.array(combination)) for combination in combinations(points, 3)]
@@ -162,7 +160,7 @@ def _exact(points: Floats, count: int) -> Floats:
     away = distances(points, np.vstack((points, circles[:, :2])))  # (n, circles)
     critical = np.unique(circles[:, 2])
     low, high = 0, len(critical) - 1
-    best = [np.arange(len(points))]  # one circle holds all, even where rounding says otherwise
+    best = [np.arange(len(points))]  # one circle holds all points, whatever rounding says
     while low <= high:
         tried = (low + high) // 2
         within = away <= critical[tried] * (1.0 + RADIUS_ROUNDING)
@@ -176,9 +174,10 @@ def _exact(points: Floats, count: int) -> Floats:
 
 
 def _cover(within: NDArray[np.bool_], count: int) -> list[Numbers] | None:
-    """Return at most `count` groups of points that circles hold, of all points; None if none do.
+    """Return at most `count` groups, each inside one circle, that hold all points; else None.
 
-    `within` (n, circles) tells which points each circle holds.
+    `within` (n, circles) tells which points a circle holds.  The search covers the first uncovered
+    point by each circle that holds it, in turn.
     """
     weights = 1 << np.arange(len(within), dtype=np.int64)
     masks = sorted(
@@ -206,7 +205,7 @@ def _cover(within: NDArray[np.bool_], count: int) -> list[Numbers] | None:
 
 
 def _starts(points: Floats) -> Numbers:
-    """Return which points farthest-first traversals begin at: the most central, and far ones."""
+    """Return the points (indices) at which traversals begin: the most central one, and far ones."""
     middle = points.mean(axis=0)
     away = np.hypot(*(points - middle).T)
     far = farthest_first(points, min(STARTS, len(points)) - 1, int(away.argmax()))
@@ -214,7 +213,7 @@ def _starts(points: Floats) -> Numbers:
 
 
 def farthest_first(points: Floats, count: int, first: int) -> Numbers:
-    """Return the numbers (count,) of points, each the farthest from those before it."""
+    """Return indices (count,) of points: `first`, then each the farthest from those before."""
     chosen = [first]
     away = np.hypot(*(points - points[first]).T)
     while len(chosen) < count:
@@ -224,7 +223,7 @@ def farthest_first(points: Floats, count: int, first: int) -> Numbers:
 
 
 def _improved(points: Floats, chosen: Numbers) -> Floats:
-    """Return centres (k, 2) that begin at chosen points and move to the middles of their own."""
+    """Return centres (k, 2), m: chosen points, moved to the middle of their nearest points."""
     centres, before = points[chosen], None
     for _ in range(ROUNDS):
         nearest = distances(points, centres).argmin(axis=1)
@@ -238,21 +237,21 @@ def _improved(points: Floats, chosen: Numbers) -> Floats:
     return centres
 
 
-# Of so many places all pairs are tried, of more a grid of this many cells over a reach.
+# Up to so many points, circles come from all pairs; beyond, from a grid of so many cells a range.
 MOST_PAIRED, CELLS = 60, 3
-# Of more places than these some are looked at, evenly spread over their order, and a grid is
-# coarser where it would have more pairs of a cell and a place.
+# At most so many points are used, evenly spaced in their order; the grid gets coarser rather than
+# exceed so many pairs of a cell and a point.
 MOST_PLACES, MOST_PAIRS = 2000, 10_000_000
-# So many pairs have their distances worked out at once.
+# Distances of at most so many pairs are computed at once.
 AT_ONCE = 1_000_000
-# Circles to begin with
+# The search begins with each of so many circles.
 COVER_STARTS = 8
-# A place beyond the reach by no more than this share of it is within it: rounding.
+# A point beyond the range by at most this share of it is within: rounding.
 REACH_ROUNDING = 1e-9
 
 
 class Cover(NamedTuple):
-    """Places of k vessels (k, 2), m, and which of n places one of them reaches (n,)."""
+    """Stations of k vessels (k, 2), m, and which of n points a vessel reaches (n,)."""
 
     places: Floats
     reached: Flags
@@ -261,17 +260,16 @@ class Cover(NamedTuple):
 def max_cover(
     places: ArrayLike, count: int, reach: float, weights: ArrayLike | None = None
 ) -> Cover:
-    """Return where `count` vessels of a reach (m) cover most of places (n, 2), m, weighted by (n,).
+    """Return stations of `count` vessels with a `reach` (m) that covers most of points (n, 2), m.
 
-    Circles that cover most can be moved until two of the places they hold lie on their edge, or one
-    at the middle, so of a few places all circles worth trying are tried.  One after the other the
-    circle that adds most is taken (1 - 1/e of the best at least: Nemhauser, Wolsey and Fisher
-    1978), then each is exchanged for a better one while there is any.  That is begun with each of
-    the `COVER_STARTS` circles that cover most; of equal ends the first is taken.  In the end each
-    vessel lies in the middle of what it covers, and one that nothing is left for at the place that
-    is farthest from all others.
-    Raises ValueError for less than one vessel, a reach that is not positive, and as
-    :func:`.formation.stations` does.
+    A best circle can be moved until two of its points lie on its edge, or one at its centre, so for
+    few points these circles are all that matter.  A greedy choice takes the circle that adds most
+    (at least 1 - 1/e of the optimum: Nemhauser, Wolsey and Fisher 1978), then circles are exchanged
+    while the sum grows.  The search starts from each of the `COVER_STARTS` circles that cover most;
+    the first of equal results wins.  Finally each vessel moves to the middle of its own points; a
+    vessel without any goes to the point that is farthest from all others.  Points count by
+    `weights` (n,), by default 1. Raises ValueError for less than one vessel, a reach that is not
+    positive, and as :func:`.formation.stations` does.
 
     >>> found = max_cover([(0.0, 0.0), (8.0, 0.0), (100.0, 0.0)], 1, 5.0)
     >>> found.places.tolist(), found.reached.tolist()
@@ -295,13 +293,13 @@ def max_cover(
 
 
 def _within(middles: Floats, points: Floats, reach: float) -> Flags:
-    """Tell which points (n, 2) each circle of a reach (m) about middles (c, 2) holds, (c, n)."""
+    """Tell which points (n, 2) lie within `reach` (m) of each centre (c, 2), shape (c, n)."""
     parts = np.array_split(middles, len(middles) * len(points) // AT_ONCE + 1)
     return np.vstack([distances(part, points) <= reach * (1.0 + REACH_ROUNDING) for part in parts])
 
 
 def _middles(points: Floats, reach: float) -> Floats:
-    """Return the middles (c, 2), m, of all circles worth trying."""
+    """Return the centres (c, 2), m, of all candidate circles."""
     if len(points) > MOST_PAIRED:
         low, high = points.min(axis=0), points.max(axis=0)
         coarse = np.prod(high - low) * len(points) / MOST_PAIRS, np.max(high - low) / MOST_PLACES
@@ -320,7 +318,7 @@ def _middles(points: Floats, reach: float) -> Floats:
 
 
 def _greedy(within: Flags, value: Floats, count: int, first: int) -> list[int]:
-    """Return circles, each but the first of which adds most to those before."""
+    """Return `count` circles (indices): `first`, then each that adds most uncovered value."""
     chosen, left = [first], value.copy()
     while len(chosen) < count:
         left[within[chosen[-1]]] = 0.0
@@ -329,7 +327,7 @@ def _greedy(within: Flags, value: Floats, count: int, first: int) -> list[int]:
 
 
 def _exchanged(chosen: list[int], within: Flags, value: Floats) -> list[int]:
-    """Return circles of which none can be exchanged for one that covers more."""
+    """Exchange circles while the covered value grows; return their indices."""
     better = True
     while better:
         better = False
@@ -344,7 +342,7 @@ def _exchanged(chosen: list[int], within: Flags, value: Floats) -> list[int]:
 
 
 def _settled(points: Floats, within: Flags, reach: float) -> Cover:
-    """Return vessels in the middle of what their circles (k, n) hold, each place of the first."""
+    """Return vessels amid their points; the first circle (k, n) with a point owns it."""
     own = within & ~np.vstack((np.zeros_like(within[:1]), np.logical_or.accumulate(within)[:-1]))
     middles = np.array([enclosing_circle(points[held])[:2] for held in own if held.any()])
     while len(middles) < len(within):

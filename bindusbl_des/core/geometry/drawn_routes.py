@@ -1,9 +1,9 @@
-"""Routes as they are drawn on charts, and the paths along them that a vehicle can go.
+"""Paths that a vehicle can follow along a route drawn on a chart.
 
-A chart has straight legs, and turns as corners or as many short legs.  The path follows legs, turns
-inside corners where there is room, and elsewhere by Dubins curves; of short legs it need go over
-none, as long as it stays near them: a point and a heading that are a little off what the vehicle
-can turn would cost it a full circle.
+A drawn route has straight legs, and draws a turn as a corner or as many short legs.  The path
+follows the legs and cuts corners by arcs where there is room, else by Dubins curves.  It may pass
+beside points of short legs as long as it stays near them: to pass each point at its drawn heading,
+which the vehicle may be slightly unable to reach, would cost a full circle.
 """
 
 import math
@@ -17,22 +17,22 @@ from ...support.arrays import Floats
 from .area import Point
 from .paths import Path, Pose, dubins_segments
 
-# Shares of the turning radius: how far a path may be from a point of its route, and how far points
-# may lie off a leg on which they do not count.
+# Shares of the turning radius: how far the path may pass from a point of the route, and how close
+# to a leg a point may lie to be left out.
 NEAR, STRAIGHT = 0.1, 0.02
 
-# So many points in a row may be passed beside.
+# The path may pass beside at most so many poses in a row.
 BESIDE = 30
 
-# What a point that is not passed nearby costs (m for each m): more than any way around.
+# Cost (m for each m beyond the allowed distance) of missing a point: more than any detour.
 MISSED = 1e6
 
 
 def along_route(points: Sequence[Point], radius: float) -> Path:
     """Return the path along a route's points (m), two or more, for a turning radius (m).
 
-    It is the shortest of those that go along the legs, from one to another of some of the poses
-    below by Dubins curves, and stay within a tenth of the radius of the other points.
+    Of all paths that join some of the poses of :func:`_poses` by Dubins curves, it is the shortest
+    that stays within `NEAR` radii of the poses left out (dynamic programming).
     """
     poses = _poses(_thinned(points, STRAIGHT * radius), radius)
     places = np.array([(pose.x, pose.y) for pose in poses])
@@ -53,14 +53,16 @@ def along_route(points: Sequence[Point], radius: float) -> Path:
 
 
 def _thinned(points: Sequence[Point], off: float) -> list[Point]:
-    """Return points without those that lie within a distance (m) of the line through others."""
+    """Return points (m) without those that lie within `off` (m) of the simplified line."""
     line = shapely.LineString(points).simplify(off, preserve_topology=False)
     return [(float(x), float(y)) for x, y in line.coords]
 
 
 def _poses(points: Sequence[Point], radius: float) -> list[Pose]:
-    """Return where a vehicle may head how: at a corner with room where it begins and ends to turn,
-    at others along the legs, the longer the more.
+    """Return the poses at which a vehicle may pass along legs between points (m).
+
+    A corner with enough room has two: where its arc begins and ends.  A corner without has one,
+    headed along the mean of both legs, weighted by the squares of their lengths.
     """
     courses = [math.atan2(y - b, x - a) for (a, b), (x, y) in pairwise(points)]
     legs = [math.dist(one, following) for one, following in pairwise(points)]
@@ -80,14 +82,12 @@ def _poses(points: Sequence[Point], radius: float) -> list[Pose]:
 
 
 def corner_poses(points: Sequence[Point], radius: float) -> list[Pose]:
-    """Return where a vehicle may head how along a way (m) with the corners `points`, but at its
-    ends.
-    """
+    """Return the poses of :func:`_poses` but the first and the last."""
     return _poses(points, radius)[1:-1]
 
 
 def _off(path: Path, places: Floats) -> float:
-    """Return how far (m) the place (n, 2), m, is from a path that is the farthest from it."""
+    """Return the largest distance (m) from positions (n, 2), m, to a path; 0 without any."""
     if not len(places):
         return 0.0
     way = shapely.LineString(path.line())

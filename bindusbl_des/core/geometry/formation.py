@@ -1,4 +1,6 @@
-"""Where the ASVs keep station: a regular polygon about the middle of the survey square."""
+"""The stations of ASVs: a regular polygon about the middle of the survey, and the paper's
+bounds.
+"""
 
 import math
 
@@ -8,14 +10,12 @@ from numpy.typing import ArrayLike
 from ...support.arrays import Floats
 from .area import Area, vertices
 
-# Vessels that stray by less than this share of what they hear keep their stations.
+# An ASV that moves by at most this share of its range keeps station.
 KEPT = 0.1
 
 
 def keep_station(ways: ArrayLike, reach: float) -> bool:
-    """Tell whether vessels with ways (m, k, 2), in m, stay near to where they are at first.
-
-    That is within a tenth of the `reach` (m) at which they hear.
+    """Tell whether vessels on tracks (m, k, 2), m, stay within `KEPT` of `reach` (m) of the start.
 
     >>> keep_station([[(0.0, 0.0), (3.0, 4.0)]], 60.0), keep_station([[(0.0, 0.0), (3.0, 4.0)]], 40)
     (True, False)
@@ -28,10 +28,10 @@ def keep_station(ways: ArrayLike, reach: float) -> bool:
 def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
     """Return the stations of the ASVs, the vertices of a regular polygon about the origin.
 
-    Shape (count, 2), x and y in m; ASV 0 lies at `angle_rad` from +x towards +y, the others follow
-    in that direction of turning.  A single ASV lies at the origin whatever the radius (m).
-    Raises ValueError for less than one ASV or a radius that is negative or not finite.
-    Source: eq. formation.
+    Shape (count, 2), x and y in m.  ASV 0 lies at `angle_rad` from +x towards +y, the others follow
+    in that sense of rotation.  A single ASV lies at the origin for any radius (m). Raises
+    ValueError for less than one ASV, or a radius that is negative or not finite. Source: eq.
+    formation.
 
     >>> formation(2, 50.0, 0.0).round(6).tolist()
     [[50.0, 0.0], [-50.0, 0.0]]
@@ -45,7 +45,7 @@ def formation(count: int, radius: float, angle_rad: float = 0.0) -> Floats:
 
 
 def ring_radius(asvs: ArrayLike) -> float:
-    """Return the radius (m) of a regular formation of two ASVs or more, (m, 2), wherever it lies.
+    """Return the radius (m) of a regular formation (m, 2), m, of two ASVs or more about any centre.
 
     >>> ring_radius([[300.0, 360.0], [300.0, 240.0]])
     60.0
@@ -55,12 +55,11 @@ def ring_radius(asvs: ArrayLike) -> float:
 
 
 def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
-    """Return how far (m) the worst corner of the survey is from its nearest ASV.
+    """Return the largest distance (m) from a corner of the survey to that corner's nearest ASV.
 
-    For each corner, of a square (+-L/2, +-L/2), the distance to the nearest ASV is taken; the
-    largest of them is returned.  (The paper takes one corner and does not say which.)  It does
-    not bound the distance from the rest of the survey: see :func:`.coverage.covering_radius`.
-    `survey` is an area, or the side of a square in m, `asvs` of shape (n, 2) in m.  Raises
+    The paper takes one corner of the square and does not say which.  The result does not bound the
+    distance from the rest of the survey: see :func:`.coverage.covering_radius`.  `survey` is an
+    area, or the side (m) of a square about the origin; `asvs` has shape (n, 2), m. Raises
     ValueError as :func:`stations` does.  Source: eq. corner_dist.
 
     >>> round(corner_distance(60.0, formation(2, 50.0)), 3)
@@ -77,10 +76,10 @@ def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
 def formation_radius_bound(side: float, hf_range: float) -> float:
     """Return the smallest formation radius (m) for which the paper promises coverage.
 
-    L/2 - sqrt(R^2 - (L/2)^2): from there on an ASV on the +x axis reaches the two corners next to
-    it.  Neither does that cover the square (L = 60 m, R = 50 m: two ASVs 50 m out leave 10.6 % of
-    it uncovered), nor is there a bound above.  Negative values allow any radius.  Raises ValueError
-    where R < L/2, and for lengths that are negative or not finite.  Source: eq. coverage.
+    L/2 - sqrt(R^2 - (L/2)^2): from this radius on, an ASV on the +x axis reaches the two nearest
+    corners.  The bound guarantees no coverage (L = 60 m, R = 50 m: two ASVs 50 m out leave 10.6 %
+    uncovered), and there is no upper bound beside it.  A negative value allows any radius. Raises
+    ValueError where R < L/2, and for lengths that are negative or not finite. Source: eq. coverage.
 
     >>> formation_radius_bound(60.0, 50.0)
     -10.0
@@ -98,9 +97,9 @@ def formation_radius_bound(side: float, hf_range: float) -> float:
 
 
 def stations(asvs: ArrayLike) -> Floats:
-    """Return positions of ASVs as an array of shape (n, 2), in m.
+    """Return positions of ASVs as a float array (n, 2), m.
 
-    Raises ValueError if there is none, if a row has not two numbers or if one is not finite.
+    Raises ValueError if there is none, if a row has not two numbers, or if a number is not finite.
 
     >>> stations([(0, 1), (2, 3)]).shape
     (2, 2)
@@ -117,7 +116,7 @@ def stations(asvs: ArrayLike) -> Floats:
 
 
 def distances(points: Floats, places: Floats) -> Floats:
-    """Return the distance (m) from each point (..., 2) to each place (n, 2), shape (..., n)."""
+    """Return the distances (..., n), m, between points (..., 2) and places (n, 2)."""
     offsets = points[..., None, :] - places
     return np.hypot(offsets[..., 0], offsets[..., 1])
 

@@ -1,8 +1,7 @@
-"""Where on Earth a mission is: WGS-84, and from north-east-down to east-north-up.
+"""Where on Earth a survey lies (WGS-84), and the change from north-east-down to east-north-up.
 
-Inside the package every position is in the survey frame, x north, y east, z down (NED), and a
-heading turns from +x towards +y.  What goes out to viewers is east-north-up (ENU, ROS REP 103):
-this module is the only place where one becomes the other.
+Inside the package every position is in the survey frame: x north, y east, z down (NED), headings
+from +x towards +y.  Viewers get east-north-up (ENU, ROS REP 103); only this module converts.
 """
 
 import math
@@ -17,14 +16,12 @@ from ...support.arrays import Floats
 SEMI_MAJOR, FLATTENING = 6_378_137.0, 1 / 298.257_223_563
 ECCENTRICITY_SQUARED = FLATTENING * (2 - FLATTENING)
 
-# x, y and z of one frame are y, x and -z of the other, both ways.
+# Swaps x and y and negates z: its own inverse.
 NED_TO_ENU: Floats = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 
 def enu_from_ned(positions: ArrayLike) -> Floats:
-    """Return places in the sea, shape (..., 3) as north-east-down (m), as east-north-up (m).
-
-    The same turns ENU into NED.
+    """Return positions (..., 3), m, from north-east-down in east-north-up, or the reverse.
 
     >>> enu_from_ned([3.0, 1.0, 10.0]).tolist()
     [1.0, 3.0, -10.0]
@@ -33,8 +30,7 @@ def enu_from_ned(positions: ArrayLike) -> Floats:
 
 
 def east_north(places: ArrayLike) -> Floats:
-    """Return places of the survey, x and y of shape (..., 2) (m), as maps draw them: what lies east
-    to the right, what lies north up.
+    """Return positions x, y (..., 2), m, as a map's coordinates: east to the right, north up.
 
     >>> east_north([[3.0, 1.0]]).tolist()
     [[1.0, 3.0]]
@@ -43,7 +39,7 @@ def east_north(places: ArrayLike) -> Floats:
 
 
 def enu_covariance(covariance: ArrayLike) -> Floats:
-    """Return the uncertainty of a place, NED covariance of shape (..., 3, 3) (m2), in ENU.
+    """Return a position's covariance (..., 3, 3), m2, from NED in ENU.
 
     >>> enu_covariance(np.diag([4.0, 1.0, 9.0])).diagonal().tolist()
     [1.0, 4.0, 9.0]
@@ -53,9 +49,9 @@ def enu_covariance(covariance: ArrayLike) -> Floats:
 
 
 def enu_yaw(yaw: float) -> float:
-    """Return a heading from north towards east (rad) as the angle from east towards north (rad).
+    """Return a heading, from north to east (rad), as an angle from east to north, or the reverse.
 
-    The same turns it back.  The result lies in (-pi, pi].
+    The result lies in (-pi, pi].
 
     >>> enu_yaw(0.0) == math.pi / 2  # north
     True
@@ -67,7 +63,7 @@ def enu_yaw(yaw: float) -> float:
 
 
 def ecef_from_geodetic(lat_deg: float, lon_deg: float, height: float = 0.0) -> Floats:
-    """Return a place on Earth in the Earth-centred, Earth-fixed frame, [x, y, z] (m).
+    """Return the Earth-centred, Earth-fixed position [x, y, z] (m) of geodetic coordinates.
 
     >>> ecef_from_geodetic(0.0, 90.0).round(6).tolist()
     [0.0, 6378137.0, 0.0]
@@ -80,10 +76,10 @@ def ecef_from_geodetic(lat_deg: float, lon_deg: float, height: float = 0.0) -> F
 
 
 def geodetic_from_ecef(position: ArrayLike) -> tuple[float, float, float]:
-    """Return latitude (deg), longitude (deg) and height (m) of an Earth-centred place.
+    """Return latitude (deg), longitude (deg) and height (m) of an Earth-centred position (m).
 
-    Bowring's closed form (1976) started from the reduced latitude and taken twice: below 1e-9 m for
-    heights from the sea floor to the stratosphere.
+    Bowring's closed form (1976), from the reduced latitude, applied twice: the error is below 1e-9
+    m for heights from the sea floor to the stratosphere.
 
     >>> lat, lon, height = geodetic_from_ecef(ecef_from_geodetic(54.33, 10.18, -10.0))
     >>> round(lat, 12), round(lon, 12), round(height, 6)
@@ -101,7 +97,7 @@ def geodetic_from_ecef(position: ArrayLike) -> tuple[float, float, float]:
             across - ECCENTRICITY_SQUARED * SEMI_MAJOR * math.cos(reduced) ** 3,
         )
         reduced = math.atan2((1 - FLATTENING) * math.sin(lat), math.cos(lat))
-    # Valid at the poles as well, where across / cos(lat) is not.
+    # This form is valid at the poles, too; across / cos(lat) is not.
     height = (
         across * math.cos(lat) + z * math.sin(lat) - SEMI_MAJOR**2 / _prime_vertical_radius(lat)
     )
@@ -111,10 +107,10 @@ def geodetic_from_ecef(position: ArrayLike) -> tuple[float, float, float]:
 def geodetic_from_ned(
     position: ArrayLike, lat_deg: float, lon_deg: float, surface_m: float = 0.0
 ) -> tuple[float, float, float]:
-    """Return where on Earth a place of the survey lies whose centre is at the given coordinates.
+    """Return where on Earth a position of the survey lies.
 
-    The survey frame is the plane that touches the ellipsoid at its centre: 10 km away from it, the
-    sea is 7.8 m below that plane, and the height returned says so.
+    The survey frame is the plane that touches the ellipsoid at the survey's centre.  10 km from
+    there the sea is 7.8 m below that plane, which the returned height contains.
 
     Args:
         position: north, east, down (m).
@@ -141,10 +137,10 @@ def ned_from_geodetic(
     lon_deg: float,
     surface_m: float = 0.0,
 ) -> Floats:
-    """Return north, east, down (m), shape (..., 3), of places on Earth, each of shape (...).
+    """Return positions on Earth, each coordinate of shape (...), as north, east, down (..., 3), m.
 
-    The inverse of :func:`geodetic_from_ned`: heights (m) are above the ellipsoid, and down is
-    counted from the survey's plane.
+    The inverse of :func:`geodetic_from_ned`: heights (m) are above the ellipsoid, down is counted
+    from the survey's plane.
 
     >>> there = geodetic_from_ned([60.0, -70.0, 10.0], 54.33, 10.18)
     >>> ned_from_geodetic(*there, 54.33, 10.18).round(6).tolist()
@@ -160,11 +156,10 @@ def ned_from_geodetic(
 def ned_at_depth(
     lat_deg: ArrayLike, lon_deg: ArrayLike, depth_m: ArrayLike, origin: Sequence[float]
 ) -> Floats:
-    """Return the places of the survey, north, east, down (n, 3) in m, that lie under positions.
+    """Return north, east, down (n, 3), m, of positions on Earth, at a given depth (m) each.
 
-    Down is the depth that is given: a place lies where the plumb line of its position, latitude and
-    longitude (n,), deg, meets the plane of that depth (n,), m.  :func:`geodetic_from_ned` turns it
-    back into the same latitude and longitude.
+    A position lies where the plumb line of its latitude and longitude meets the plane of its depth,
+    so that :func:`geodetic_from_ned` returns the same latitude and longitude.
 
     Args:
         lat_deg: latitudes; within a quarter of the Earth of the origin.
@@ -189,7 +184,7 @@ def ned_at_depth(
 
 
 def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: Sequence[float]) -> Floats:
-    """Return how far positions (n,), deg, are from the survey's centre (n,), m, straight through.
+    """Return the straight distances (n,), m, from the survey's centre to positions (n,), deg.
 
     >>> far_apart_m([54.33], [10.18], (54.33, 10.18)).round(6).tolist()
     [0.0]
@@ -199,7 +194,7 @@ def far_apart_m(lat_deg: ArrayLike, lon_deg: ArrayLike, origin: Sequence[float])
 
 
 def degrees_text(lat_deg: float, lon_deg: float) -> str:
-    """Return a place on Earth in degrees, to 0.1 m.
+    """Return a position on Earth as text in degrees, to 0.1 m.
 
     >>> degrees_text(54.33, -10.1800004)
     '54.330000 N, 10.180000 W'
@@ -209,7 +204,7 @@ def degrees_text(lat_deg: float, lon_deg: float) -> str:
 
 
 def minutes_text(lat_deg: float, lon_deg: float) -> str:
-    """Return a place on Earth in degrees and minutes, as charts and plotters have it, to 0.2 m.
+    """Return a position on Earth as text in degrees and minutes, as plotters show it, to 0.2 m.
 
     >>> minutes_text(54.33, -10.18), minutes_text(-0.99999999, 179.99999999)
     ("54 19.8000' N, 010 10.8000' W", "01 00.0000' S, 180 00.0000' E")
@@ -222,7 +217,7 @@ def minutes_text(lat_deg: float, lon_deg: float) -> str:
 
 
 def _on_ellipsoid(lat_deg: ArrayLike, lon_deg: ArrayLike) -> tuple[Floats, Floats]:
-    """Return positions (...) on the ellipsoid, Earth-centred (..., 3), m, and unit vectors up."""
+    """Return Earth-centred positions (..., 3), m, on the ellipsoid and unit vectors up (..., 3)."""
     lat, lon = np.radians(np.asarray(lat_deg)), np.radians(np.asarray(lon_deg))
     up = np.stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)), axis=-1)
     normal = SEMI_MAJOR / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(lat) ** 2)
@@ -234,7 +229,7 @@ def _prime_vertical_radius(lat: float) -> float:
 
 
 def _north_east_down(lat_deg: float, lon_deg: float) -> Floats:
-    """Return the unit vectors north, east and down, in the Earth-centred frame, as rows."""
+    """Return the unit vectors north, east and down in the Earth-centred frame, as rows (3, 3)."""
     lat, lon = math.radians(lat_deg), math.radians(lon_deg)
     north = [-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat)]
     east = [-math.sin(lon), math.cos(lon), 0.0]

@@ -1,8 +1,7 @@
-"""Land, which no sound passes, and water where nobody goes.
+"""Land, which no sound passes, and keep-outs, which no vehicle enters.
 
-Polygons in the survey frame: x north, y east (m), seen from above: land reaches down to the bottom.
-Shores belong to the water: what only touches land is not on it, and a path along a shore does not
-cross it.
+Polygons in the survey frame: x north, y east (m); land reaches down to the bottom.  Shores belong
+to the water: a point on a shore is not on land, and a path along a shore does not cross it.
 """
 
 import math
@@ -21,19 +20,19 @@ from .paths import Path
 if TYPE_CHECKING:
     import shapely
 
-# What is less far (m) within a shore is on it: rounding.
+# A point less than this (m) inside a shore is on the shore: rounding.
 SHORE = 1e-6
 
-# A way that is less far (m) within a shore goes along it; a vessel stops so far off (m).
+# A path less than this (m) inside a shore runs along it; a vessel stops so far (m) off a shore.
 ASHORE, OFF_SHORE = 1e-3, 1.0
 
-# Discs are polygons of four times so many corners.
+# A disc is a polygon of four times so many corners.
 QUARTER = 90
 
 
 @dataclass(frozen=True)
 class Land:
-    """Polygons, each its outer ring and the rings of the lakes in it, x and y (m).
+    """Polygons of land, each its outer ring and the rings of its lakes, x and y (m).
 
     >>> island = Land(((((10.0, -5.0), (20.0, -5.0), (20.0, 5.0), (10.0, 5.0)),),))
     >>> island.crossed([(0.0, 0.0)], [(30.0, 0.0), (30.0, 18.0), (0.0, 30.0)]).tolist()
@@ -44,21 +43,20 @@ class Land:
 
     @cached_property
     def shape(self) -> "shapely.Geometry":
-        """All of it as shapely's."""
+        """The land as one shapely geometry."""
         return solid(self.polygons)
 
     @cached_property
     def edges(self) -> Floats:
-        """The edges (n, 4) of what is not a shore: x and y (m) of one end, and of the other."""
+        """The edges (n, 4), m, of the land shrunk by `SHORE`: x and y of both ends."""
         rings = [ring for polygon in self.within(SHORE).polygons for ring in polygon]
         sides = [np.hstack((corners, np.roll(corners, -1, axis=0))) for corners in rings]
         return np.concatenate([np.empty((0, 4)), *sides])
 
     def within(self, shore: float) -> "Land":
-        """Return what of it is farther than this (m) from its shores.
+        """Return the part of the land that is more than `shore` (m) from the water.
 
-        A path that crosses that crosses land still, if its ends are up to so far from where they
-        are taken to be.
+        A path that crosses this part also crosses the land if its ends are wrong by up to `shore`.
         """
         import shapely
 
@@ -66,24 +64,25 @@ class Land:
 
     @cached_property
     def outlines(self) -> tuple[Rings, ...]:
-        """The polygons as a chart draws them, x and y (m): those that overlap are one, and outer
-        rings go round in the other direction than the rings of lakes.
+        """The polygons as a chart draws them, x and y (m): overlapping ones merged, outer rings and
+        rings of lakes in opposite directions.
         """
         import shapely
 
         return _rings(shapely.normalize(self.shape))
 
     def crossed(self, here: ArrayLike, there: ArrayLike) -> Flags:
-        """Tell of the straight path from each place (n, 2 or more) to each other (m, 2 or more), m,
-        whether it crosses land, (n, m).
+        """Tell whether the straight path between two positions crosses land, (n, m).
+
+        `here` (n, 2 or more) and `there` (m, 2 or more) are in m; only x and y count.
         """
         return crossing(_rows(here), _rows(there), self.edges)
 
     def shadow(self, place: Point, reach: float) -> "shapely.Geometry":
-        """Return what of the disc of a reach (m) about a place its land hides from there, and it.
+        """Return land and water, within `reach` (m) of a position, where its sound does not arrive.
 
-        Behind an edge lies what the edge becomes when it is moved away from the place, in the same
-        directions, to beyond the reach.
+        The shadow of an edge is the area between the edge and its projection from the position to
+        beyond the reach.
         """
         import shapely
 
@@ -91,7 +90,7 @@ class Land:
         along = ends[:, 1] - ends[:, 0]
         lengths = np.maximum(np.hypot(*along.T), SHORE)
         off = abs(ends[:, 0, 0] * along[:, 1] - ends[:, 0, 1] * along[:, 0]) / lengths
-        near = off > SHORE  # what is seen from its end hides nothing
+        near = off > SHORE  # an edge in line with the position hides nothing
         ends, stretched = ends[near], np.maximum(1.01 * reach / off[near], 1.0)
         behind = ends[:, ::-1] * stretched[:, None, None]
         hidden = shapely.polygons(np.concatenate((ends, behind), axis=1) + place)
@@ -99,8 +98,9 @@ class Land:
         return shapely.intersection(shapely.union_all([self.shape, *hidden]), disc)
 
     def seen(self, place: Point, reach: float) -> Floats:
-        """Return the corners (n, 2), m, of what of the disc of a reach (m) about a place its land
-        does not hide from there, the first once again at the end; none of a place on land.
+        """Return the outline (n, 2), m, of the water within `reach` (m) that hears a position.
+
+        The last corner repeats the first.  The outline of a position on land is empty (0, 2).
         """
         import shapely
 
@@ -111,9 +111,9 @@ class Land:
         return np.asarray(shapely.get_coordinates(max(parts, key=shapely.area).exterior))
 
     def met(self, here: Point, there: Point) -> tuple[float, float]:
-        """Return how far (m) from a place, on the way from another to it, land begins and ends.
+        """Return the distances (m) from `there`, towards `here`, at which land begins and ends.
 
-        Raises ValueError where that way crosses none.
+        Raises ValueError where that line crosses no land.
         """
         import shapely
 
@@ -122,8 +122,9 @@ class Land:
         return float(ways.min()), float(ways.max())
 
     def along(self, path: Path) -> tuple[float, float]:
-        """Return how much (m) of a path leads over it, and where along that it first does; both 0
-        of one that does not.
+        """Return the length (m) of a path over land, and the distance (m) along it to there.
+
+        Both are 0 for a path over water.
         """
         import shapely
 
@@ -141,9 +142,9 @@ class Land:
         return float(lengths.sum()), float(begins)
 
     def stopped(self, here: Point, there: Point) -> Point:
-        """Return where (m) on the straight way from one place to another a vessel stops before it.
+        """Return the point (m) on the line from `here` to `there` where a vessel stops before land.
 
-        A vessel on it goes nowhere.
+        A vessel on land stays where it is.
         """
         if not self.crossed([here], [there])[0, 0]:
             return there
@@ -151,7 +152,7 @@ class Land:
         return here[0] + share * (there[0] - here[0]), here[1] + share * (there[1] - here[1])
 
     def afloat(self, place: Point) -> Point:
-        """Return the place (m) on the water that is nearest to one, and some way off the shore."""
+        """Return the point (m) nearest to a position that is at least `OFF_SHORE` off the land."""
         import shapely
 
         near = shapely.buffer(self.shape, OFF_SHORE)
@@ -162,11 +163,11 @@ class Land:
         return x, y
 
     def holds(self, points: ArrayLike) -> Flags:
-        """Tell of each point (n, 2 or more), m, whether it is on land, (n,)."""
+        """Tell which points (n, 2 or more), m, are on land, (n,)."""
         return holding(_rows(points), self.edges)
 
     def ashore(self, x: float, y: float) -> float:
-        """Return how far (m) the nearest water is from a place; 0 on the water."""
+        """Return the distance (m) from a position to the nearest water; 0 on the water."""
         import shapely
 
         if not self.holds([(x, y)])[0]:
@@ -175,7 +176,7 @@ class Land:
 
 
 def _rings(shape: "shapely.Geometry") -> tuple[Rings, ...]:
-    """Return the polygons of a shape, each its outer ring and the rings of the holes in it (m)."""
+    """Return the polygons of a shape, each its outer ring and the rings of its holes (m)."""
     import shapely
 
     parts = [part for part in shapely.get_parts(shape) if not part.is_empty]

@@ -1,6 +1,6 @@
-"""How a survey is cut into parallel lanes, and these are shared out among a team of AUVs.
+"""How a survey is cut into parallel lanes, and how a team of AUVs shares them.
 
-All of it in the frame of the lanes: they run along x, and follow one another along y (m).
+Everything is in the frame of the lanes: they run along x and lie side by side along y (m).
 """
 
 import math
@@ -14,16 +14,15 @@ from .area import Area, Point, bounds
 if TYPE_CHECKING:
     import shapely
 
-# Rounding that must not cost a strip its last lane (spacings).
+# A strip too narrow by less than this (spacings) still has its last lane: rounding.
 LANE_TOLERANCE = 1e-9
 
-# A vehicle cannot be said to go along anything shorter (m).  A lane that its margins leave nothing
-# of is this short, in its middle, and is still passed.
+# The shortest lane (m).  A lane that its margins would consume is this short, about its middle.
 SHORTEST_LANE = 0.001
 
 
 class Lane(NamedTuple):
-    """A straight line to be flown along x, from one end to the other (m)."""
+    """A straight survey line along x, at one y, between two ends (m)."""
 
     y: float
     x_min: float
@@ -31,8 +30,8 @@ class Lane(NamedTuple):
 
 
 class Share(NamedTuple):
-    """The lanes of one AUV, lowest first, the centre of what it sweeps, x and y (m), and whether it
-    is to stay inside the survey.
+    """The lanes of one AUV, lowest y first, the centre x, y (m) of its part of the survey, and
+    whether lanes must stay `inside` the survey.
     """
 
     lanes: tuple[Lane, ...]
@@ -41,8 +40,9 @@ class Share(NamedTuple):
 
 
 class Ruling(NamedTuple):
-    """How lanes are drawn: how far apart (m), how far within the survey's edge they end (m), and
-    whether they stay `inside` it: a lane that leaves it and comes back is several.
+    """How lanes are laid: spacing (m), and margin (m) between their ends and the survey's edge.
+
+    If `inside`, a lane that leaves the survey and comes back is cut into several.
     """
 
     spacing: float
@@ -51,11 +51,11 @@ class Ruling(NamedTuple):
 
 
 def lane_ordinates(lower: float, height: float, spacing: float) -> list[float]:
-    """Return the y (m) of the lanes of a strip of some height above its lower edge, lowest first.
+    """Return the y (m) of the lanes of a strip that begins at `lower` and is `height` (m) wide.
 
-    The first lane lies half a spacing above the strip's lower edge, the others one spacing apart;
-    a strip narrower than the spacing has one lane along its middle.  What the strip has over a
-    whole number of spacings is not swept.
+    The first lane lies half a spacing above `lower`, the others one spacing apart; a strip narrower
+    than the spacing has one lane along its middle.  What is left beyond a whole number of spacings
+    is not swept.
 
     >>> lane_ordinates(-70.0, 140 / 3, 10)
     [-65.0, -55.0, -45.0, -35.0]
@@ -67,7 +67,10 @@ def lane_ordinates(lower: float, height: float, spacing: float) -> list[float]:
 
 
 def strips(area: Area, ruling: Ruling, total: int) -> list[Share]:
-    """Return the shares of `total` AUVs: a strip along x of the same height for each, lowest first.
+    """Return the shares of `total` AUVs: strips along x of equal height, lowest y first.
+
+    Raises:
+        ValueError: when a strip has no lane on water.
 
     >>> from .area import polygon
     >>> strips(polygon([(0, 0), (60, 0), (60, 40), (0, 40)]), Ruling(10.0, 5.0), 2)[1].lanes
@@ -92,7 +95,7 @@ def strips(area: Area, ruling: Ruling, total: int) -> list[Share]:
 
 
 def lane_count(across: float, spacing: float) -> int:
-    """Return how many lanes at most a spacing apart sweep a survey, some metres across them.
+    """Return how many lanes, at most a spacing (m) apart, sweep a survey `across` (m) wide.
 
     >>> lane_count(140.0, 10.0), lane_count(141.0, 10.0)
     (14, 15)
@@ -101,14 +104,14 @@ def lane_count(across: float, spacing: float) -> int:
 
 
 def equal_lengths(area: Area, ruling: Ruling, total: int) -> list[Share]:
-    """Return the shares of `total` AUVs: neighbouring lanes of about the same length together.
+    """Return the shares of `total` AUVs: neighbouring lanes of about equal total length.
 
-    Lanes sweep the whole survey, evenly and at most a spacing apart.  Each goes to the AUV in whose
-    part of the summed length its middle lies, so that no share is more than a lane off the mean,
-    unless every AUV has to have one lane at least.  Ways between lanes count for nothing.
+    Lanes sweep the whole survey, evenly and at most a spacing apart.  A lane goes to the AUV whose
+    part of the summed length holds the lane's middle, so that a share differs from the mean by at
+    most one lane, unless each AUV must have at least one.  Turns between lanes are not counted.
 
     Raises:
-        ValueError: when there are fewer lanes than AUVs.
+        ValueError: when there are fewer lanes than AUVs, or a share has no lane on water.
     """
     box = area.box
     across = box.y_max - box.y_min
@@ -134,7 +137,7 @@ def equal_lengths(area: Area, ruling: Ruling, total: int) -> list[Share]:
 
 
 def _cuts(lengths: Sequence[float], total: int) -> list[int]:
-    """Return where a row of lanes is cut into so many parts of about the same length (m).
+    """Return the indices that cut a row of lanes, of these lengths (m), into about equal parts.
 
     >>> _cuts([1.0, 1.0, 2.0, 4.0], 2), _cuts([9.0, 1.0, 1.0], 3)
     ([0, 3, 4], [0, 1, 2, 3])
@@ -153,11 +156,11 @@ def _cuts(lengths: Sequence[float], total: int) -> list[int]:
 def _lanes(
     area: Area, ordinates: Sequence[float], width: float, ruling: Ruling
 ) -> list[list[Lane]]:
-    """Return the lanes along each y (m), each as long as what of the survey it sweeps.
+    """Return the lanes along each y (m), each as long as the part of the survey that it sweeps.
 
-    A lane reaches over all of the survey in its band of `width` (m), so that nothing is left out
-    beside a slanting edge, and straight on where the survey leaves the band and comes back; but for
-    land, and water where nobody goes.  Those that stay inside reach from edge to edge.
+    A lane spans the survey's extent in its band of `width` (m), so that nothing is left out beside
+    a slanting edge, and goes straight on where the survey leaves the band and comes back.  Land and
+    keep-outs cut it.  With `ruling.inside` it goes from edge to edge.
     """
     margin = ruling.margin
     if ruling.inside:
@@ -180,7 +183,7 @@ def _lanes(
 
 
 def _room(area: Area) -> "shapely.Geometry":
-    """Return a box about an area without what of it, or beside it, is closed."""
+    """Return a box around an area, minus the closed polygons."""
     import shapely
 
     around, wide = bounds(area.outline), area.across
@@ -193,8 +196,9 @@ def _room(area: Area) -> "shapely.Geometry":
 def _afloat(
     room: "shapely.Geometry", y: float, span: tuple[float, float], margin: float
 ) -> list[Lane]:
-    """Return what of a lane along y (m), from one x to another (m), is in a room: parts that end so
-    far (m) before its edges.
+    """Return the parts of a lane along y (m), over an x interval (m), that lie in a room.
+
+    Each part ends `margin` (m) before an edge of the room.
     """
     import shapely
 

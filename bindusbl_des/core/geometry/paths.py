@@ -1,5 +1,5 @@
-"""Paths of straight lines and arcs, along which a vehicle can be placed by distance travelled; the
-shortest between two poses, for a vehicle that cannot turn on the spot.
+"""Paths of straight lines and arcs, indexed by the distance travelled, and shortest (Dubins)
+paths.
 """
 
 import math
@@ -16,24 +16,24 @@ from ...support.arrays import Floats
 from ...support.facts import cached_property
 from .area import Box, bounds, turned
 
-# Segments shorter than this (m) are left out: they carry no distance, only rounding.
+# A path leaves out segments shorter than this (m): rounding.
 SHORTEST_SEGMENT = 1e-9
 
 QUARTER_TURN, FULL_TURN = math.pi / 2.0, 2.0 * math.pi
 
-# As a line through places, an arc is parted into pieces that turn by at most so much (rad): nowhere
-# are they farther off it than a 3,000th of its radius.
+# A polyline cuts an arc into chords of at most this angle (rad), which leave the arc by at most a
+# 3,000th of its radius.
 PIECE = 0.05
 
-# Of Dubins paths angles (rad) and lengths (radii) below this are rounding: an arc that misses a
-# full turn by less is no arc, and circles whose middles are closer are one circle.  Ends are met
-# within a few times this many radii.
+# In Dubins paths, angles (rad) and lengths (radii) below this are rounding: an arc that lacks less
+# than this of a full turn is no arc, and circles with closer centres are one circle.  A path ends
+# within a few times this many radii of its goal.
 ROUNDING = 1e-9
 
 Turns = tuple[float, float, float]
 
-# A segment as a row: its first point (m) and heading (rad), curvature (1/m), distance along the
-# path at which it begins (m), length (m); how far above the path's depth it begins (m), and slope
+# A segment as a row: its first point (m) and heading (rad), curvature (1/m), the distance along the
+# path where it begins (m), its length (m); its height above the path's depth there (m), and slope.
 _NUMBERS = ("x", "y", "yaw", "curvature", "begin", "length", "above", "slope")
 PATH_ROW = np.dtype([(name, "f8") for name in _NUMBERS])
 
@@ -46,13 +46,13 @@ class Pose(NamedTuple):
     yaw: float
 
     def reversed(self) -> "Pose":
-        """Return the same place, facing the other way."""
+        """Return the pose at the same position with the opposite heading."""
         return Pose(self.x, self.y, self.yaw + math.pi)
 
 
 class Segment(NamedTuple):
-    """A piece of constant curvature (1/m, positive towards +yaw), its length as seen from above
-    (m), and its slope (m down for each m along it).
+    """A piece of constant curvature (1/m, positive towards +yaw), of a horizontal length (m), with
+    a slope (m down for each m along).
     """
 
     curvature: float
@@ -61,7 +61,7 @@ class Segment(NamedTuple):
 
 
 def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
-    """Return a pose a distance (m) along an arc: by its chord, which no small curvature divides."""
+    """Return the pose a distance (m) along an arc, by its chord: curvature may be 0."""
     half = curvature * distance / 2.0
     chord = distance * (math.sin(half) / half) if half else distance
     heading = pose.yaw + half
@@ -76,7 +76,8 @@ def _moved(pose: Pose, curvature: float, distance: float) -> Pose:
 class Path:
     """A smooth path from a start pose along segments.
 
-    A tour does not end: at its last segment's end it goes on from the distance `repeats_from` (m).
+    A path with `repeats_from` is an endless tour: after its last segment it continues at that
+    distance (m) along itself.
 
     >>> path = Path(Pose(0, 0, 0), (Segment(0.0, 10.0),))
     >>> path.at(4.0)
@@ -93,7 +94,7 @@ class Path:
 
     @cached_property
     def _joints(self) -> list[Pose]:
-        """The poses at which segments begin, and the end."""
+        """The poses at which the segments begin, and the end of the last."""
         poses = [self.start]
         for curvature, length, _ in self.segments:
             poses.append(_moved(poses[-1], curvature, length))
@@ -101,22 +102,22 @@ class Path:
 
     @cached_property
     def _distances(self) -> list[float]:
-        """The distances (m) at which segments begin, and the length."""
+        """The distances (m) at which the segments begin, and the length of the path."""
         return list(accumulate((segment.length for segment in self.segments), initial=0.0))
 
     @property
     def length(self) -> float:
-        """Length of the path, once through (m)."""
+        """The length (m) of the path; of a tour, that of one lap with its approach."""
         return self._distances[-1]
 
     @property
     def end(self) -> Pose:
-        """Pose at the end of the path."""
+        """The pose at the end of the last segment."""
         return self._joints[-1]
 
     @property
     def box(self) -> Box:
-        """The bounds of the path (m): at a joint, or where an arc is along an axis."""
+        """The bounding box of the path (m): joints, and arcs where they are parallel to an axis."""
         places = list(self._joints)
         for start, (curvature, length, _) in zip(self._joints, self.segments, strict=False):
             if curvature == 0.0:
@@ -129,7 +130,7 @@ class Path:
         return bounds([(place.x, place.y) for place in places])
 
     def at(self, distance: float) -> Pose:
-        """Return the pose after travelling `distance` (m); past the end of a path, its end."""
+        """Return the pose after `distance` (m); beyond the end the last, or that of a next lap."""
         if not self.segments:
             return self.start
         if distance >= self.length:
@@ -152,7 +153,7 @@ class Path:
         return np.where(distances < self.length, distances, beyond)
 
     def sample(self, distances: Floats) -> Floats:
-        """Return x, y (m) and yaw (rad) at each distance (m), shape (n, 3): :meth:`at` for many."""
+        """Return x, y (m) and yaw (rad), (n, 3), at distances (n,), m: :meth:`at` for many."""
         if not self.segments:
             return np.tile(np.array(self.start), (len(distances), 1))
         along = self._wrapped(distances)
@@ -172,8 +173,10 @@ class Path:
         )
 
     def line(self) -> Floats:
-        """Return places (n, 2), m, two or more, straight lines between which are the path, once
-        through: where segments join, and some along each arc; whole turns on one circle once.
+        """Return the path once through as a polyline (n, 2), m, with n >= 2.
+
+        Its points are the joints and some along each arc.  Of several turns on one circle only the
+        last are drawn.
         """
         ways = [np.zeros(1)]
         for begin, (curvature, length, _) in zip(self._distances, self.segments, strict=False):
@@ -184,14 +187,14 @@ class Path:
         return self.sample(np.concatenate(ways if self.segments else [*ways, *ways]))[:, :2]
 
     def turned(self, angle: float) -> "Path":
-        """Return the same path, turned about the origin by an angle (rad)."""
+        """Return the path rotated about the origin by an angle (rad)."""
         if angle == 0.0:
             return self
         start = Pose(*turned((self.start.x, self.start.y), angle), self.start.yaw + angle)
         return Path(start, self.segments, self.repeats_from)
 
     def reversed(self) -> "Path":
-        """Return the same path travelled from its end to its start."""
+        """Return the path travelled from its end to its start."""
         backwards = tuple(
             Segment(-s.curvature, s.length, -s.slope) for s in reversed(self.segments)
         )
@@ -199,8 +202,9 @@ class Path:
 
 
 def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
-    """Return the path through poses along Dubins curves of a turning radius (m), and how far along
-    it each of them is (m).
+    """Return the path along Dubins curves through poses, and the distance (m) along it of each.
+
+    `radius` is the turning radius (m).
     """
     curves = [dubins_segments(start, end, radius) for start, end in pairwise(poses)]
     passed = accumulate((sum(segment.length for segment in curve) for curve in curves), initial=0.0)
@@ -208,13 +212,12 @@ def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
 
 
 def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Segment, Segment]:
-    """Return the segments of the shortest path between two poses that turns no tighter than a
-    radius (m); those that are not needed have no length.
+    """Return the three segments of the shortest path between two poses with a turning radius (m).
 
-    One of six words is always shortest: of equal ones the first in the order LSL, RSR, LSR, RSL,
-    LRL, RLR is taken, where L turns towards increasing yaw (to starboard in NED), R towards
-    decreasing yaw, and S goes straight.
-    Source: L. E. Dubins, Am. J. Math. 79, 497 (1957).
+    Segments that are not needed have length 0.  One of six words is always shortest; of equal ones
+    the first in the order LSL, RSR, LSR, RSL, LRL, RLR is taken: L turns towards increasing yaw (to
+    starboard in NED), R towards decreasing yaw, S goes straight. Source: L. E. Dubins, Am. J. Math.
+    79, 497 (1957).
 
     Raises:
         ValueError: for a radius that is not positive and finite.
@@ -230,8 +233,9 @@ def dubins_segments(start: Pose, end: Pose, radius: float) -> tuple[Segment, Seg
 
 
 def dubins_curves(start: Pose, end: Pose, radius: float) -> list[tuple[Segment, ...]]:
-    """Return the curves of all words from one pose to another, the shortest first; errors are those
-    of :func:`dubins_segments`.
+    """Return the curves of all words that join two poses, shortest first.
+
+    Raises ValueError as :func:`dubins_segments` does.
     """
     solved = _solved(start, end, radius)
     words = sorted(solved, key=lambda word: sum(solved[word]))
@@ -239,7 +243,7 @@ def dubins_curves(start: Pose, end: Pose, radius: float) -> list[tuple[Segment, 
 
 
 def _solved(start: Pose, end: Pose, radius: float) -> dict[str, Turns]:
-    """Return the turns (rad), and the straight (radii), of each word that there is."""
+    """Return for each word that joins the poses its turns (rad) and its straight (radii)."""
     if not 0.0 < radius < math.inf:
         raise ValueError(f"turning radius must be positive and finite; met {radius}; give metres")
     ahead, aside = (end.x - start.x) / radius, (end.y - start.y) / radius
@@ -260,7 +264,7 @@ def _curve(word: str, turns: Turns, radius: float) -> tuple[Segment, Segment, Se
 
 
 # The three words that begin with a left turn, in radii: start at the origin with heading `a`, end
-# at (x, y) with heading `b`.  The middle of a left turn lies at (-sin, cos) from the vehicle.
+# at (x, y) with heading `b`.  The centre of a left turn lies at (-sin, cos) from the vehicle.
 
 
 def _left_straight_left(x: float, y: float, a: float, b: float) -> Turns | None:
@@ -296,7 +300,7 @@ def _left_right_left(x: float, y: float, a: float, b: float) -> Turns | None:
     )
 
 
-# Each word with its solver; a word that begins with a right turn is its mirror image's (-1).
+# Each word with its solver; a word that begins with a right turn is solved in mirror image (-1).
 _WORDS: dict[str, tuple[Callable[[float, float, float, float], Turns | None], float]] = {
     "LSL": (_left_straight_left, 1.0),
     "RSR": (_left_straight_left, -1.0),
@@ -308,13 +312,13 @@ _WORDS: dict[str, tuple[Callable[[float, float, float, float], Turns | None], fl
 
 
 def _wrapped(angle: float) -> float:
-    """Return an angle in [0, 2 pi), a full turn up to rounding being none."""
+    """Return an angle (rad) in [0, 2 pi); a full turn, but for rounding, is 0."""
     turned = angle % FULL_TURN
     return 0.0 if FULL_TURN - turned < ROUNDING else turned
 
 
 def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
-    """Return a path's rows, PATH_ROW, and at which of them its tour begins again (-1: it ends)."""
+    """Return a path as rows of PATH_ROW, and the index of the row where its tour repeats, or -1."""
     segments, again = list(path.segments), -1
     if path.repeats_from is not None:
         segments, again = _jointed(segments, path.repeats_from)
@@ -330,7 +334,11 @@ def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
 
 
 def _jointed(segments: list[Segment], distance: float) -> tuple[list[Segment], int]:
-    """Return the segments, cut in two at a distance (m), and the number of the one after it."""
+    """Return the segments with a joint at a distance (m), and the index of the segment behind it.
+
+    Raises:
+        ValueError: when the distance is not before the end.
+    """
     begin = 0.0
     for number, segment in enumerate(segments):
         into = distance - begin

@@ -1,9 +1,9 @@
-"""Which vessel goes where: places shared out with the least motion, moved to where a function is
-least, and what ranges and bearings measured there tell.
+"""Which vessel goes to which station, a minimiser without derivatives, and Fisher information.
 
-A vessel at a distance r measures a place with errors along the line of sight and across it, say
-sd_r and r sd_theta; what several tell adds up (Fisher information, physics of the USBL fix, 3.1):
-J = sum of (e e^T / sd_r^2 + t t^T / (r sd_theta)^2), e towards the place and t across.
+A vessel at distance r measures a position with errors along the line of sight and across it, of
+standard deviations sd_r and r sd_theta.  The information of several vessels adds up (physics of the
+USBL fix, 3.1): J = sum of (e e^T / sd_r^2 + t t^T / (r sd_theta)^2), with unit vectors e along the
+line of sight and t across it.
 """
 
 from collections.abc import Callable
@@ -16,15 +16,15 @@ from .formation import stations
 
 Numbers = NDArray[np.intp]
 
-# The place of a vessel that is left over.
+# The index of a vessel without a station.
 NOWHERE = -1
 
 
 def assignment(vessels: ArrayLike, places: ArrayLike) -> Numbers:
-    """Return for each vessel (n, 2) the number of its place (m, 2), at the least squared move.
+    """Return for each vessel (n, 2), m, the index of its station (m, 2), m, at least squared moves.
 
-    Positions in m; shape (n,).  Each place has one vessel at most; of fewer places than vessels,
-    the vessels left over have `NOWHERE`.  Raises ValueError as :func:`.formation.stations` does.
+    Shape (n,).  A station has at most one vessel; with fewer stations than vessels, those left over
+    get `NOWHERE`.  Raises ValueError as :func:`.formation.stations` does.
 
     >>> assignment([(0.0, 0.0), (9.0, 0.0)], [(10.0, 0.0), (1.0, 0.0)]).tolist()
     [1, 0]
@@ -40,16 +40,16 @@ def assignment(vessels: ArrayLike, places: ArrayLike) -> Numbers:
 
 
 def least_sum(cost: Floats) -> Numbers:
-    """Return for each row the column that is its own at the least sum of costs.
+    """Return for each row a column of its own, so that the sum of costs is least.
 
-    `cost` of shape (n, m), n <= m; the answer of shape (n,).  The Hungarian method by shortest
-    augmenting paths, of n^2 m steps: Kuhn 1955; Jonker and Volgenant 1987.
-    Raises ValueError for more rows than columns.
+    `cost` has shape (n, m), n <= m; the result (n,).  The Hungarian method by shortest augmenting
+    paths, n^2 m steps: Kuhn 1955; Jonker and Volgenant 1987. Raises ValueError for more rows than
+    columns.
     """
     rows, columns = cost.shape
     if rows > columns:
         raise ValueError(f"{rows} rows need as many columns; met {columns}; transpose the costs")
-    # Row 0 and column 0 stand for none; prices are dual to costs: row + column <= cost.
+    # Row 0 and column 0 mean "none"; prices are the dual variables: row + column <= cost.
     row_price, column_price = np.zeros(rows + 1), np.zeros(columns + 1)
     row_of = np.zeros(columns + 1, dtype=np.intp)
     for row in range(1, rows + 1):
@@ -69,7 +69,7 @@ def least_sum(cost: Floats) -> Numbers:
             column_price[seen] -= step
             least[~seen] -= step
             column = following
-        while column != 0:  # along the path, each row takes the column after its own
+        while column != 0:  # along the augmenting path, each row takes the next column
             row_of[column] = row_of[before[column]]
             column = int(before[column])
     chosen = np.empty(rows, dtype=np.intp)
@@ -78,18 +78,19 @@ def least_sum(cost: Floats) -> Numbers:
     return chosen
 
 
-# The simplex begins anew around where it stopped, until that gains less than this share.
+# The search restarts from its minimum until a restart gains less than this share.
 WORTH_ANOTHER = 1e-3
 
 
 def descended(
     value: Callable[[Floats], float], start: Floats, step: float, least_step: float, most: int
 ) -> tuple[Floats, float]:
-    """Return where a function is least near a start (n,), and what it is there.
+    """Return the point (n,) near `start` at which a function is least, and its value there.
 
-    Nelder and Mead 1965, with the coefficients of Gao and Han 2012 that depend on n, from a simplex
-    whose edges along the axes are `step` long, until all its corners are within `least_step`, or
-    the function was asked `most` times; begun anew where it stopped, since a simplex may collapse.
+    The simplex of Nelder and Mead 1965, with the coefficients of Gao and Han 2012 that depend on n.
+    It begins with edges of length `step` along the axes, and ends when all corners are within
+    `least_step` or the function was evaluated `most` times.  It restarts from its minimum, since a
+    simplex may collapse too early.
     """
     asked = 0
 
@@ -116,7 +117,7 @@ def _collapsed(
     step: float,
     goes_on: Callable[[float], bool],
 ) -> tuple[Floats, float]:
-    """Return the best corner of a simplex that has collapsed about a minimum, and its value."""
+    """Shrink a simplex about a minimum while `goes_on(size)`; return its best corner and value."""
     size = len(start)
     expand, contract, shrink = 1 + 2 / size, 0.75 - 0.5 / size, 1 - 1 / size
     if size == 1:
@@ -151,10 +152,11 @@ def _collapsed(
 def information(
     places: ArrayLike, vessels: ArrayLike, along_m2: ArrayLike, across_m2: ArrayLike
 ) -> Floats:
-    """Return the information (..., 2, 2), m^-2, that vessels (m, 2) give of places (..., 2), in m.
+    """Return the Fisher information (..., 2, 2), m^-2, that vessels (m, 2) give of places (..., 2).
 
-    Each measures a place with positive variances along the line of sight and across it, (..., m),
-    m2; what it does not measure has infinite ones.  Who is at the very place sees it along x.
+    `along_m2` and `across_m2` (..., m) are the variances (m2) of a vessel's measurement along the
+    line of sight and across it; infinite where it measures nothing.  At zero distance the line of
+    sight is x.
     """
     apart = np.asarray(places, dtype=np.float64)[..., None, :] - np.asarray(vessels)
     bearing = np.arctan2(apart[..., 1], apart[..., 0])
@@ -170,7 +172,7 @@ def information(
 def trace_of_inverse(information: Floats) -> Floats:
     """Return tr J^-1 (...), m2, the squared error of the best estimate (A-optimality).
 
-    Infinite where nothing measures an axis.
+    Infinite where J is singular: no vessel measures one of the axes.
     """
     determinant = det(information)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -179,6 +181,6 @@ def trace_of_inverse(information: Floats) -> Floats:
 
 
 def det(information: Floats) -> Floats:
-    """Return det J (...), m^-4: the larger, the smaller the ellipse of errors (D-optimality)."""
+    """Return det J (...), m^-4: the larger, the smaller the error ellipse (D-optimality)."""
     xx, yy, xy = information[..., 0, 0], information[..., 1, 1], information[..., 0, 1]
     return np.asarray(xx * yy - xy * xy)

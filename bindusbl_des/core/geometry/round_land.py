@@ -1,9 +1,8 @@
-"""Lanes that land has cut into parts: in which order they are flown, and how an AUV gets from one
-to the next on the water.
+"""Lanes that land has cut into parts: their order, and the path over water between them.
 
-Parts that lie side by side, each beside one of the lane before, are flown together as lanes of open
-water are; then the AUV goes round land to the nearest of the others.  Where there is no room to
-turn at the end of a lane, it is left somewhat sooner, and the next one joined somewhat later.
+Parts side by side, each beside exactly one of the lane before, form a cell, which is swept to and
+fro like open water; then the AUV goes round land to the nearest cell that is left.  Where there is
+no room to turn at the end of a lane, the AUV leaves it sooner, and joins the next one later.
 """
 
 import math
@@ -18,16 +17,16 @@ from .routes import FlightPlan, lane_order
 from .ways import SOONER, Water, length_of
 
 Leg = tuple[Pose, Pose]
-# Where along a path a lane begins and ends (m)
+# The distances (m) along a path at which a lane begins and ends
 Length = tuple[float, float]
 
-# Of a lane no more than this share is left out at either end.
+# At most this share of a lane is left out at either end.
 MOST_LEFT = 0.4
 
-# Round land so many of these are tried: a way there takes longer to find than a turn.
+# Of the steps in `SOONER`, so many are tried with detours, which take longer to search than turns.
 FEW = 3
 
-# How far back (radii) a line is joined on which an AUV turns about.
+# How far before its turn (radii) an AUV joins the line again on which it turns about.
 BACK = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0)
 
 
@@ -35,11 +34,12 @@ def over_water(
     lanes: Sequence[Lane], spacing: float, order: str, water: Water, begin: Point | None,
     recovery: Point | None,
 ) -> FlightPlan:  # fmt: skip
-    """Return the plan of an AUV over lanes, the lowest first, from where it begins (None: at the
-    end of the first) to where it is recovered, if anywhere; else there and back, again and again.
+    """Return the flight plan of an AUV over lanes (lowest y first), joined over water.
 
-    Lanes a `spacing` (m) apart are flown in an `order` as of :class:`.routes.Turning`.  What cannot
-    be joined over water is joined straight on: whoever asks sees that it leads over land.
+    Lanes are `spacing` (m) apart; `order` is as in :class:`.routes.Turning`.  The path begins at
+    `begin` (m; None: at the end of the first lane) and ends at `recovery` (m); without, the tour
+    goes there and back forever.  Lanes that cannot be joined over water are joined by a curve over
+    land, which the caller has to detect.
     """
     skip = max(1, math.ceil(2 * water.radius / spacing - LANE_TOLERANCE))
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[order]
@@ -60,7 +60,7 @@ def over_water(
 
 
 def cells(lanes: Sequence[Lane]) -> list[list[Lane]]:
-    """Return lanes, the lowest first, in groups each of which is swept to and fro.
+    """Return lanes (lowest y first) in groups, each of which can be swept to and fro.
 
     >>> [len(cell) for cell in cells([Lane(0, 0, 9), Lane(1, 0, 3), Lane(1, 5, 9), Lane(2, 0, 9)])]
     [1, 1, 1, 1]
@@ -86,7 +86,7 @@ def _overlap(one: Lane, other: Lane) -> bool:
 
 
 def _legs(groups: Sequence[Sequence[Lane]], skip: int, begin: Point | None) -> list[Leg]:
-    """Return the lanes of all groups as they are flown, each next group from its nearest end."""
+    """Return the lanes of all groups in the order flown; the nearest group left comes next."""
     left, legs, here = list(groups), list[Leg](), begin
     while left:
         options = [
@@ -123,10 +123,10 @@ def _swept(cell: Sequence[Lane], skip: int, upwards: bool, ahead: bool) -> list[
 
 
 class _Flown:
-    """Lanes in the order in which they are flown, joined over water."""
+    """Lanes in the order flown, joined over water: their path, and where (m) along it each lies."""
 
     def __init__(self, legs: Sequence[Leg], water: Water) -> None:
-        cut = [[0.0, 0.0] for _ in legs]  # of each lane, at its beginning and end (m)
+        cut = [[0.0, 0.0] for _ in legs]  # (m) left out of each lane, at its beginning and end
         joins = []
         for number, (leg, following) in enumerate(pairwise(legs)):
             sooner, curve = _joined(leg, following, cut[number][0], water)
@@ -150,16 +150,16 @@ def _long(leg: Leg) -> float:
 
 
 def _along(pose: Pose, way: float) -> Pose:
-    """Return a pose so far (m) straight ahead."""
+    """Return the pose a distance (m) straight ahead."""
     return Pose(pose.x + way * math.cos(pose.yaw), pose.y + way * math.sin(pose.yaw), pose.yaw)
 
 
 def _joined(
     leg: Leg, following: Leg, gone: float, water: Water
 ) -> tuple[float, tuple[Segment, ...]]:
-    """Return how much (m) sooner a lane is left and the next one joined later, and the way between.
+    """Return the length (m) left out on both sides of a turn between lanes, and its curve.
 
-    So much (m) of the lane has gone at its beginning.
+    `gone` (m) of the lane is left out at its beginning already.
     """
     most = min(MOST_LEFT * _long(leg), MOST_LEFT * _long(following), _long(leg) - gone)
     steps = [step * water.radius for step in SOONER if step * water.radius <= most] or [0.0]
@@ -178,7 +178,7 @@ def _joined(
 
 
 def _from(water: Water, place: Point, pose: Pose) -> tuple[Pose, tuple[Segment, ...]]:
-    """Return how an AUV heads at a place (m), and its way from there to a pose."""
+    """Return the pose in which an AUV leaves a position (m), and its path from there to a pose."""
     for room in water.rooms:
         for corners in room.around(place, pose[:2]):
             yaw = math.atan2(corners[1][1] - place[1], corners[1][0] - place[0])
@@ -205,8 +205,10 @@ def _there_and_back(path: Path, lanes: Sequence[Length], water: Water) -> Flight
 
 
 def _about(path: Path, water: Water) -> tuple[float, float, tuple[Segment, ...]]:
-    """Return how much (m) before its end a path is left, how far (m) before that it is joined the
-    other way round, and the turn between.
+    """Return the turn at the end of a path onto its reverse.
+
+    First come the length (m) of the path left out at its end, and the distance (m) before that at
+    which the AUV joins it again.
     """
     radius = water.radius
     for room, sooner in product(water.rooms, SOONER):

@@ -1,10 +1,8 @@
-"""Survey routes: in which order lanes are flown, how an AUV gets from one to the next, and how it
-comes up to the surface on the way.
+"""Survey routes: the order of lanes, the turns between them, and ascents to the surface.
 
-To surface an AUV breaks off its path, circles about a place beside it up, round and round there and
-down again, and takes the path up where it left it, as by the manoeuvre PopUp of IMC (LSTS
-toolchain).  Whole circles bring it back to the same place and heading, so that nothing of its
-survey is left out.
+To surface, an AUV leaves its path, climbs in circles beside it, circles at the surface, dives in
+circles, and continues the path where it left it, as by the manoeuvre PopUp of IMC (LSTS toolchain).
+Whole circles end at the same position and heading, so that no part of the survey is left out.
 """
 
 import math
@@ -17,22 +15,22 @@ from .area import Box, Point
 from .lanes import LANE_TOLERANCE, Lane, Share
 from .paths import Path, Pose, Segment, dubins_segments, through
 
-# Rounding, in circles, that makes no further circle.
+# A part of a circle smaller than this (circles) adds no circle: rounding.
 CIRCLE_ROUNDING = 1e-9
 
-# How often an AUV may come up on a path, which is planned as a whole before the mission.
+# The most ascents of a path, which is planned as a whole before the mission.
 MOST_ASCENTS = 20_000
 
 
-# Where along a path lanes begin and end (m).
+# The distances (m) along a path at which lanes begin and end.
 Lengths = tuple[tuple[float, float], ...]
 
 
 class FlightPlan(NamedTuple):
-    """What an AUV is to fly: its path once through, and where along it lanes begin and end (m).
+    """The path of one AUV, and the distances (m) along it at which lanes begin and end.
 
-    `tour` is the same path without an end, there and back; a path with an end, which is to wait
-    there, is its own tour.
+    `tour` is the path made endless, there and back; a path whose AUV waits at the end is its own
+    tour.
     """
 
     path: Path
@@ -41,8 +39,8 @@ class FlightPlan(NamedTuple):
 
 
 class Turning(NamedTuple):
-    """How an AUV turns: its radius (m), the order of its lanes, and at which angle (rad) it joins
-    a line again.
+    """How an AUV turns: radius (m), order of its lanes ("bulb", "skip_lane", "shortest"), and the
+    angle (rad) at which it joins a line again.
     """
 
     radius: float
@@ -51,7 +49,7 @@ class Turning(NamedTuple):
 
 
 def lane_order(count: int, skip: int) -> list[int]:
-    """Return the order in which lanes are flown so that turns are `skip` lanes wide where possible.
+    """Return the order of `count` lanes in which turns are `skip` lanes wide where possible.
 
     >>> lane_order(5, 1)
     [0, 1, 2, 3, 4]
@@ -79,13 +77,14 @@ def lawnmower(
     recovery: Point | None = None,
     box: Box,
 ) -> tuple[Path, Lengths]:
-    """Return the boustrophedon path of one AUV over its lanes, and where along it each is (m).
+    """Return the boustrophedon path of one AUV over its lanes, and where along it each lane is (m).
 
-    From where it begins the AUV goes straight to the -x end of its first lane, turns about and
-    joins it, or from behind goes straight onto it; with None it begins there.  Turns between lanes
-    are Dubins curves, so lanes closer than twice the turning radius get bulb turns, or are flown in
-    skip-lane order.  Behind the last lane it goes to where it is recovered, if anywhere.  Of two
-    equal turns onto the first lane that which stays within a box about the survey is taken.
+    From `begin` the AUV goes straight to the -x end of its first lane, then turns about onto it, or
+    enters it directly when it comes from behind; with None the path begins at the lane.  Dubins
+    curves join the lanes, so lanes closer than twice the turning radius get bulb turns, or are
+    flown in skip-lane order.  After the last lane the AUV goes to `recovery`, if given.  Of two
+    equal turns onto the first lane, the AUV takes the one that stays within `box`, which bounds the
+    survey.
     """
     skip = max(1, math.ceil(2 * turning.radius / spacing - LANE_TOLERANCE))
     skips = {"bulb": [1], "skip_lane": [skip], "shortest": [1, skip]}[turning.order]
@@ -98,7 +97,7 @@ def lawnmower(
 
 
 def _over(lanes: Sequence[Lane], radius: float) -> tuple[Path, Lengths]:
-    """Return the path over lanes in this order, to and fro, and where along it each is (m)."""
+    """Return the path over lanes in this order, to and fro, and where along it each lane is (m)."""
     ends: list[Pose] = []
     for number, lane in enumerate(lanes):
         start, end, yaw = lane.x_min, lane.x_max, 0.0
@@ -112,7 +111,7 @@ def _over(lanes: Sequence[Lane], radius: float) -> tuple[Path, Lengths]:
 def _entered(
     path: Path, lanes: Lengths, begin: Point, turning: Turning, box: Box
 ) -> tuple[Path, Lengths]:
-    """Return the path over lanes with the way from a place to the first of them."""
+    """Return a path over lanes after an approach from a position, and where (m) each lane is."""
     first, (x, y) = path.start, begin
     bearing = math.atan2(first.y - y, first.x - x)
     if math.cos(bearing - first.yaw) >= 0.0:  # from behind: straight onto it
@@ -129,20 +128,20 @@ def _entered(
 
 
 def begun(path: Path, place: Point, radius: float) -> Path:
-    """Return a path with the way to its start from a place (m), where it begins."""
+    """Return a path with an approach from a position (m) to its start."""
     start = Pose(*place, math.atan2(path.start.y - place[1], path.start.x - place[0]))
     return Path(start, (*dubins_segments(start, path.start, radius), *path.segments))
 
 
 def ended(path: Path, place: Point, radius: float) -> Path:
-    """Return a path with the way from its end to a place (m), where it ends."""
+    """Return a path with a further leg from its end to a position (m)."""
     bearing = math.atan2(place[1] - path.end.y, place[0] - path.end.x)
     homewards = dubins_segments(path.end, Pose(*place, bearing), radius)
     return Path(path.start, (*path.segments, *homewards))
 
 
 def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Path:
-    """Return the endless tour along a path and back again, with a turn at either end (m, rad)."""
+    """Return the endless tour along a path and back; it joins each way at `join_angle` (rad)."""
     back, _ = turned_onto(path.end, path.reversed(), box, radius, join_angle)
     there = (*path.segments, *back)
     home = Path(path.start, there).end
@@ -154,13 +153,12 @@ def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Pa
 def turned_onto(
     end: Pose, path: Path, box: Box, radius: float, join_angle: float
 ) -> tuple[tuple[Segment, ...], float]:
-    """Return the segments that turn from a pose onto a path and follow it to its end.
+    """Return segments that turn from a pose onto a path and follow it, and where they join it (m).
 
-    The pose is where the path starts, heading more backwards than forwards.  The vehicle turns the
-    shorter way (of two equal ones that which stays within the `box` about the survey) until it
-    heads for the path's first straight at `join_angle` (rad), and turns onto it; also returned is
-    how far along the path (m) that is.  A path without such a straight is entered at its very
-    start, by a Dubins curve.
+    The pose is at the path's start, and heads more backwards than forwards.  The vehicle takes the
+    shorter turn (of two equal ones, the one that stays within `box`) until it approaches the path's
+    first straight at `join_angle` (rad), and turns onto it.  A path without such a straight is
+    entered at its very start, by a Dubins curve.
     """
     first = path.segments[0]
     yaw = end.yaw - path.start.yaw
@@ -189,8 +187,8 @@ def turn_about(
 ) -> tuple[tuple[Segment, Segment, Segment], float]:
     """Return the turn from heading `yaw` (rad) onto a line of heading 0, and where it joins (m).
 
-    The vehicle begins on the line and turns towards +yaw (`hand` 1) or -yaw (-1) until it heads
-    for the line at `join_angle`; it turns onto it `joined` metres ahead of where it began.
+    The vehicle begins on the line and turns towards +yaw (`hand` 1) or -yaw (-1) until it
+    approaches the line at `join_angle`; it joins it `joined` metres ahead of where it began.
 
     >>> turn, joined = turn_about(math.pi, 5.0, math.radians(30), 1.0)
     >>> end = Path(Pose(0.0, 0.0, math.pi), turn).end
@@ -210,7 +208,7 @@ def turn_about(
 
 
 def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
-    """Return waypoints (m) with the heading at each: towards the next, at the last one onwards."""
+    """Return waypoints (m) as poses that head for the next waypoint; the last keeps its heading."""
     poses = []
     for number, (x, y) in enumerate(points):
         ahead = points[number + 1] if number + 1 < len(points) else None
@@ -221,8 +219,8 @@ def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
 
 
 class Surfacing(NamedTuple):
-    """After how much of its path (m) an AUV comes up, with which radius (m), from which depth (m),
-    at which angle (rad), and for how far at least at the surface (m).
+    """How an AUV surfaces: every so much of its path (m), in circles of a radius (m), from a depth
+    (m), at a pitch angle (rad), with a least length (m) at the surface.
     """
 
     every: float
@@ -233,7 +231,7 @@ class Surfacing(NamedTuple):
 
     @property
     def segments(self) -> tuple[Segment, ...]:
-        """The way up, along the surface, and down: whole circles to starboard."""
+        """The climb, the stay at the surface and the dive: whole circles to starboard."""
         slope, circle = math.tan(self.angle), 2.0 * math.pi * self.radius
         climb = self.depth / slope
         count = max(math.ceil((2.0 * climb + self.stay) / circle - CIRCLE_ROUNDING), 1)
@@ -242,17 +240,17 @@ class Surfacing(NamedTuple):
 
     @property
     def length(self) -> float:
-        """How long that is (m)."""
+        """The length (m) of one ascent."""
         return sum(segment.length for segment in self.segments)
 
 
 def surfaced(path: Path, asked: Surfacing) -> tuple[Path, list[float]]:
-    """Return a path from which an AUV comes up, and where on the old one it does (m).
+    """Return a path with ascents, and the distances (m) along the old path at which they begin.
 
-    A tour comes up at least as often in each of its laps.
+    A tour surfaces at least as often in each lap.
 
     Raises:
-        ValueError: when it comes up more often than a path may.
+        ValueError: when the path would have more than `MOST_ASCENTS` ascents.
     """
     count = math.ceil(path.length / asked.every)
     if count > MOST_ASCENTS:

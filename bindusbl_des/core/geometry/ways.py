@@ -1,8 +1,9 @@
-"""Ways round land: the shortest between two places on the water, and curves that stay on it.
+"""Detours round land: shortest paths between two positions on the water, and curves that stay on
+it.
 
-Round corners of land a way keeps as far off as a vehicle's turns are wide, so that it can be turned
-into: the shortest such way goes along a visibility graph.  Where places lie nearer to land, or two
-shores do to each other, it keeps less far off.
+A detour keeps as far off corners of land as the turning radius, so that the vehicle can turn round
+them: the shortest one runs along a visibility graph.  Where a position or another shore is closer,
+the detour keeps less far off.
 """
 
 import math
@@ -18,33 +19,33 @@ from .area import Area, Point
 from .drawn_routes import corner_poses
 from .paths import Path, Pose, Segment, dubins_curves
 
-# How far off land ways are sought, in turning radii, the first that is enough.
+# Distances off land (turning radii) at which detours are searched, in this order.
 OFF = (1.0, 0.5, 0.2, 0.0)
 
-# Parts of a quarter of a turn round a corner, and shares of the radius: by how much a coast may be
-# straightened.
+# Sides of a quarter turn round a corner; and by how much (turning radii) a coast may be simplified.
 QUARTER, STRAIGHTER = 8, 0.05
 
-# A way may be on land by so little (m): rounding.
+# A path may be on land by so little (m): rounding.
 TOUCHES = 1e-6
 
-# Of a coast with more corners than these a coarser one is gone along.
+# A coast with more corners than this is simplified further.
 MOST_CORNERS = 400
 
-# How much (radii) before its end a lane is left, and behind its beginning joined, where there is no
-# room to turn at both.
+# How much (turning radii) sooner an AUV leaves a lane, and later it joins the next one, where there
+# is no room to turn between their ends.
 SOONER = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 
-# No way leads farther (m) from an area.
+# No detour leads farther (m) from an area.
 FARTHEST = 1e6
 
-# How far (radii) turns may lead out of an area whose ways are to stay in it.
+# How far (turning radii) turns may leave an area that its paths should stay inside.
 BEYOND = 2.5
 
 
 class Water:
-    """Where vehicles of a turning radius (m) may go: of several rooms, as shapely has them, in the
-    first that will do; each of `rooms` is one of them, the last `sea` is where one may go at all.
+    """The rooms in which a vehicle of a turning radius (m) may go, the preferred first.
+
+    The last room, `sea`, holds all the water.  Planners use the first room in which a path exists.
     """
 
     def __init__(self, rooms: Sequence[shapely.Geometry], radius: float) -> None:
@@ -53,7 +54,7 @@ class Water:
 
 
 class Room:
-    """Where vehicles of a turning radius (m) are to go."""
+    """A region of water (shapely) in which a vehicle of a turning radius (m) is to stay."""
 
     def __init__(self, room: shapely.Geometry, radius: float) -> None:
         self.room, self.radius = room, radius
@@ -61,24 +62,22 @@ class Room:
         shapely.prepare(self._open)
 
     def afloat(self, place: Point) -> bool:
-        """Tell whether a place (m) is on the water."""
+        """Tell whether a position (m) is in the room."""
         return bool(shapely.covers(self._open, shapely.Point(place)))
 
     def holds(self, path: Path) -> bool:
-        """Tell whether a path leads over water alone."""
+        """Tell whether a path stays in the room."""
         return bool(shapely.covers(self._open, shapely.LineString(path.line())))
 
     def curve(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
-        """Return the shortest Dubins curve from one pose to another that leads over water alone;
-        None where there is none.
-        """
+        """Return the shortest Dubins curve between poses that stays in the room, or None."""
         for curve in dubins_curves(start, end, self.radius):
             if self.holds(Path(start, curve)):
                 return curve
         return None
 
     def joined(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
-        """Return the way from one pose to another: a Dubins curve, or round land."""
+        """Return the shortest curve in the room between poses, direct or round land, or None."""
         direct = self.curve(start, end)
         straight = math.hypot(end.x - start.x, end.y - start.y)
         if direct is not None and length_of(direct) < straight + 2.0 * math.pi * self.radius:
@@ -93,19 +92,18 @@ class Room:
         return min(found, key=length_of, default=None)
 
     def around(self, start: Point, end: Point) -> Iterator[list[Point]]:
-        """Yield the shortest ways between two places (m), with their corners, the farthest off land
-        first.
-        """
+        """Yield detours between two positions (m) as corners, the one farthest off land first."""
         for off in OFF:
             if (way := self._sought(start, end, off * self.radius)) is not None:
                 yield way
 
     def _sought(self, start: Point, end: Point, off: float) -> list[Point] | None:
+        """Return the corners (m) of the shortest detour `off` (m) off land; None without one."""
         within, corners, graph = self._graph(off)
         ends, places = np.array([start, end]), np.vstack((corners, [start, end]))
         for number, place in enumerate(ends):
             lines = shapely.linestrings(np.stack(np.broadcast_arrays(place[None], places), axis=1))
-            # who begins near land leaves it first, however near that is
+            # a detour that begins near land leaves it first, at whatever distance
             free = shapely.covers(within if off == 0.0 else self._open, lines)
             for other in np.flatnonzero(free).tolist():
                 away = float(math.dist(place, places[other]))
@@ -123,8 +121,9 @@ class Room:
         return {}
 
     def _graph(self, off: float) -> "tuple[shapely.Geometry, np.ndarray, nx.Graph[int]]":
-        """Return the room that is so far (m) off land, its corners, and how far those that see each
-        other are apart (m).
+        """Return the room `off` (m) off land, its corners (n, 2), m, and their visibility graph.
+
+        An edge joins two corners with a clear line between them; its weight is its length (m).
         """
         if off not in self._graphs:
             round_it = off / math.cos(math.pi / 4.0 / QUARTER)  # its sides touch the circle
@@ -148,17 +147,14 @@ class Room:
 
 
 def _corners(room: shapely.Geometry) -> "np.ndarray":
-    """Return the corners (n, 2), m, of a room at which ways may turn: those that land has outwards.
-
-    Where a room ends outwards nothing is to be gone round.
-    """
+    """Return the corners (n, 2), m, of a room at which detours may turn: convex corners of land."""
     found = [np.empty((0, 2))]
     for part in shapely.get_parts(room):
         if part.is_empty:
             continue
         for number, ring in enumerate(shapely.get_rings(part)):
             at = shapely.get_coordinates(ring)[:-1]
-            if shapely.is_ccw(ring) != (number == 0):  # room is to be to the left
+            if shapely.is_ccw(ring) != (number == 0):  # so that the room is on the left
                 at = at[::-1]
             into, out = at - np.roll(at, 1, axis=0), np.roll(at, -1, axis=0) - at
             found.append(at[into[:, 0] * out[:, 1] - into[:, 1] * out[:, 0] < 0.0])
@@ -166,14 +162,15 @@ def _corners(room: shapely.Geometry) -> "np.ndarray":
 
 
 def length_of(segments: Sequence[Segment]) -> float:
-    """Return how long (m) segments are together."""
+    """Return the total length (m) of segments."""
     return sum(segment.length for segment in segments)
 
 
 def water_of(area: Area, radius: float, *, inside: bool) -> Water:
-    """Return where vehicles of a turning radius (m) may go, in the frame of an area: not where it
-    is closed and, if they are to stay `inside`, beyond its edge only where there is no other room
-    to turn.
+    """Return the water in an area's frame for a turning radius (m): everything that is not closed.
+
+    If vehicles are to stay `inside` the area, they leave it only where there is no room to turn: at
+    first by `BEYOND` radii, at last without limit.
     """
     (x, y), wide = area.centroid, FARTHEST
     sea = shapely.difference(shapely.box(x - wide, y - wide, x + wide, y + wide), area.closed_shape)
