@@ -1,20 +1,19 @@
-"""What is wrong with AUVs' own sensors, as keys say it or the sheet of an inertial system; and
-which errors of instruments and clocks last through a mission, and who is told of them.
+"""Errors of the AUVs' own sensors (dead reckoning), and errors of fixes that outlast a ping.
 
-A sheet says how far off a system is after a straight way without fixes, in percent of that way or
-in m per hour, with the circle that it means.  Both are read as a circular Gaussian of s along each
-axis (:mod:`...support.spreads`):
+A sheet of an inertial system states its error after a straight leg without fixes, in percent of the
+distance or in m per hour, for a circle that holds a stated share of errors.  Both mean a circular
+Gaussian of s along each axis (:mod:`...support.spreads`):
 
-* by default it is met at the end of a way of `line_m`, by scale and heading errors that wander: a
-  velocity bias, ahead and aside, that is a Gauss-Markov process of the body (or of
-  `navigation.bias_frame`).  Its time constant is, unless given, the time that the way takes: until
-  then the error grows nearly in proportion, later as the square root;
-* with `line_m: null` a percentage is a scale factor along the way and a heading error across, each
-  drawn for the mission with s / way, and m per hour are a velocity bias, drawn for the mission with
-  s / time.  Fixes learn such errors once and for all, which no real system's are.
+* by default the error is met after `line_m`, by a velocity bias, ahead and aside, that is a
+  Gauss-Markov process in the frame of `navigation.bias_frame`.  Its time constant is, unless given,
+  the time that this leg takes: until then the error grows nearly in proportion to time, later as
+  its square root;
+* with `line_m: null` a percentage means a scale factor along track and a heading error across, each
+  drawn once for the mission with s / distance; m per hour mean a velocity bias, drawn once with
+  s / time.  Fixes reveal such constant errors for good, unlike those of a real system.
 
-What a sheet says stands in the place of velocity biases and random walk; a scale factor and a
-heading error that are given are further errors, independent of it.
+The sheet replaces velocity biases and random walk.  A scale factor and a heading error that are
+given are further, independent errors.
 """
 
 import math
@@ -28,11 +27,11 @@ from .site import Site
 
 
 class OwnSensors(NamedTuple):
-    """How wrong an AUV's log, compass and inertial sensors are.
+    """Errors of one AUV's log, compass and inertial sensors.
 
-    A velocity bias that all share (m/s) and the standard deviation per axis of a further one, with
-    its time constant (s; None: it never changes); the random walk (m/sqrt(s)) per axis; the
-    standard deviations of the scale factor less one and of the heading (deg).
+    A velocity bias common to all AUVs (m/s); the standard deviation per axis of a further one (m/s)
+    with its time constant (s; None: constant); the random walk (m/sqrt(s)) per axis; the standard
+    deviations of the scale factor less one, and of the heading (deg).
     """
 
     bias_m_per_s: tuple[float, float]
@@ -43,12 +42,11 @@ class OwnSensors(NamedTuple):
     heading_sd_deg: float
 
     def straight_drift_rms(self, time: float, speed: float) -> float:
-        """Return the RMS (m) of what a straight way of some `time` (s) without fixes adds to the
-        error.
+        """Return the RMS error (m) of a straight leg of `time` (s) at `speed` (m/s) without fixes.
 
-        Beside the known bias (|b| t)^2 and the random walk's 2 sigma^2 t, a drawn velocity bias
-        adds 2 sd^2 t^2 (less if it wanders), a scale factor and a heading their variances times
-        the square of the way, at a `speed` (m/s).
+        The common bias adds (|b| t)^2, the random walk 2 sigma^2 t, a drawn velocity bias 2 sd^2
+        t^2 (less if it wanders), scale factor and heading their variances times the distance
+        squared.
         """
         lasts = self.bias_time_constant_s or math.inf
         skew = math.hypot(self.scale_factor_sd, math.radians(self.heading_sd_deg))
@@ -60,8 +58,8 @@ class OwnSensors(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """Errors of one kind that last: the standard deviations (rad, m, 1, s and s/s) of those of one
-    vessel, how many times these are there, and their time constant (s).
+    """One kind of lasting error: name, standard deviations (rad, m, 1, s or s/s) of its states for
+    one vessel, the number of vessels that have it, and its time constant (s).
     """
 
     name: str
@@ -70,23 +68,21 @@ class Kind(NamedTuple):
     time_constant_s: float = math.inf
 
 
-# Vessels whose own errors a filter is told of: each has up to three states in every AUV
+# A filter models the errors of at most so many vessels: each adds up to three states in every AUV
 MOST_TOLD = 16
 
-# Slow acoustic errors of an AUV and an ASV: of the range, and three that make that of the direction
+# Slow acoustic errors of a pair of AUV and ASV: one of the range, three of the direction
 SLOW_NUMBERS = 4
 
 
 class Sensors(Site):
-    """What is wrong with the sensors of a scenario, drawn or constant, and who is told of it."""
+    """Errors of a scenario's sensors, drawn or constant, and which of them navigators model."""
 
     def drift_line_m(self, group: Group) -> float | None:
-        """Return the way (m) over which the errors of an inertial system's sheet wander; None: they
-        are constant, or there is no sheet.
+        """Return the leg (m) over which a sheet's errors wander; None if constant or not stated.
 
-        They are constant as well where no one speed is planned by which a way takes a time (AUVs
-        that hold, that repeat tracks, or that differ in speed), and where the heading error turns
-        an array, too (passive ranging).
+        They are also constant for AUVs without one planned speed (AUVs that hold, repeat tracks, or
+        differ in speed), and with passive ranging, where the heading error rotates the array, too.
         """
         drift, route = group.navigation.drift, group.route
         speeds = {self.auvs[auv].speed_m_per_s for auv in group.members}
@@ -97,7 +93,7 @@ class Sensors(Site):
 
     @fact
     def sensors(self) -> tuple[OwnSensors, ...]:
-        """What is wrong with the log, compass and inertial sensors of each AUV."""
+        """The errors of each AUV's log, compass and inertial sensors."""
         found: list[OwnSensors] = []
         for group in self.groups:
             navigation, drift = group.navigation, group.navigation.drift
@@ -131,14 +127,14 @@ class Sensors(Site):
 
     @property
     def own_sensors(self) -> OwnSensors:
-        """What is wrong with those of AUV0; of all AUVs, unless groups differ in it."""
+        """The sensor errors of AUV0; of every AUV, unless groups differ."""
         return self.sensors[0]
 
     @fact
     def drift_words(self) -> str:
-        """How what inertial systems' sheets say is drawn, a sentence each; "" without a sheet.
+        """How the program draws what data sheets state, a sentence for each sheet; "" without.
 
-        Of AUVs that follow no plan of the scenario, whose speed is another, nothing can be said.
+        AUVs that hold or repeat tracks are left out: their speed is not the scenario's.
         """
         said: dict[str, list[Group]] = {}
         for group in self.groups:
@@ -171,13 +167,14 @@ class Sensors(Site):
 
     @fact
     def sound_speed_error(self) -> float:
-        """The share of a range by which it is measured too long, by the sound speed assumed."""
+        """The share by which an assumed sound speed makes ranges too long."""
         return 1.0 - self.sound_speed_m_per_s / self.assumed_sound_speed_m_per_s
 
     @fact
     def misalignment_sd_rad(self) -> float:
-        """The standard deviation (rad) of the constant error by which directions are turned: that
-        of the array, with passive ranging also of the AUV's compass.
+        """The standard deviation (rad) of the constant heading error of measured directions.
+
+        It is the array's; with passive ranging the AUV's compass adds its own.
         """
         passive = self.scenario.protocol.asvs_ping
         compass = self.own_sensors.heading_sd_deg if passive else 0.0
@@ -185,10 +182,10 @@ class Sensors(Site):
 
     @fact
     def lasting_errors(self) -> list[Kind]:
-        """The kinds of errors that fixes have in common, in the order of their Jacobian J."""
+        """The kinds of errors that fixes have in common, in the order of the columns of J."""
         scenario, usbl, navigation = self.scenario, self.scenario.usbl, self.scenario.navigation
         asvs = scenario.asvs.count
-        arrays = 1 if scenario.protocol.asvs_ping else asvs  # that a fix may be of: else its own
+        arrays = 1 if scenario.protocol.asvs_ping else asvs  # a passive fix has the AUV's own array
         clock = navigation.clock_offset_sd_s, navigation.clock_drift_sd
         slow = (1.0,) * SLOW_NUMBERS if usbl.slow_share > 0.0 else (0.0,)
         found = [
@@ -202,18 +199,16 @@ class Sensors(Site):
 
     @fact
     def taken(self) -> Self:
-        """The facts that a filter takes for those of its mission: with what its setting `assumes`
-        says in the place of keys, or else these themselves.
-        """
+        """The facts that a filter assumes of its mission: the setting `assumes` replaces keys."""
         scenario = taken_for(self.scenario)
         return self if scenario is self.scenario else type(self)(scenario)
 
     @fact
     def estimated_errors(self) -> list[Kind]:
-        """Those kinds of lasting errors that navigators are told of, to estimate them.
+        """The kinds of lasting errors that navigators estimate as states.
 
-        They are none of filters that do not weigh, nor of those that are left `untold`; and with
-        more than MOST_TOLD ASVs none of each of these, which would be too many states.
+        None for filters that do not weigh fixes; without those that `untold` names, and without
+        kinds that more than MOST_TOLD vessels have, which would be too many states.
         """
         navigation = self.scenario.navigation
         if not navigation.weighs or self.scenario.usbl.model.is_own:
@@ -227,5 +222,5 @@ class Sensors(Site):
 
 
 def _of(groups: list[Group]) -> str:
-    """Return whose dead reckoning is meant."""
+    """Return the groups as words behind "Dead reckoning"."""
     return f" of {', '.join(group.words for group in groups)}"

@@ -1,6 +1,5 @@
-"""The scenario of a mission: keys that agree with each other.
-
-What two or more keys have to agree on is told by subject, in the modules of `agreement`.
+"""The scenario of a mission: keys that agree with each other (see `agreement`, a file a
+subject).
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -49,7 +48,7 @@ Keys = Mapping[str, Any]
 
 
 class GivenKeys(TypedDict, total=False):
-    """The keys of a scenario as Python gives them: a section may be plain data, as in a file."""
+    """The keys of a scenario as Python gives them: a section may be a mapping, as in a file."""
 
     name: Required[str]
     duration_s: float | Literal["survey"]
@@ -69,8 +68,8 @@ class GivenKeys(TypedDict, total=False):
 class Scenario(ScenarioKeys):
     """One mission of ASVs and AUVs: everything that decides it but the seed.
 
-    Made of the keys of a scenario file: ``Scenario(name="m", asvs={"count": 2})``, or
-    ``Scenario.model_validate({...})``; ``scenario.model_dump()`` gives them back, all of them.  It
+    Make it from the keys of a scenario file: ``Scenario(name="m", asvs={"count": 2})``, or
+    ``Scenario.model_validate({...})``.  ``scenario.model_dump()`` returns all keys.  A scenario
     cannot be changed.
 
     Raises:
@@ -78,7 +77,7 @@ class Scenario(ScenarioKeys):
     """
 
     def __new__(cls, *given: object, **_: object) -> "Scenario":
-        """Say what is wanted where a path or a mapping is given."""
+        """Refuse a path or a mapping with a message that names the right call."""
         if given:
             raise TypeError(
                 "a Scenario is made of keys: Scenario(name=...); load_scenario(path) reads a file, "
@@ -86,7 +85,7 @@ class Scenario(ScenarioKeys):
             )
         return super().__new__(cls)
 
-    if TYPE_CHECKING:  # who goes by the fields of a model would ask for sections already made
+    if TYPE_CHECKING:  # else type checkers demand sections as models, and refuse mappings
 
         def __init__(self, **keys: Unpack[GivenKeys]) -> None: ...
 
@@ -99,7 +98,7 @@ class Scenario(ScenarioKeys):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """Return what differs from the defaults, as notebooks show it."""
+        """Return the keys that differ from their defaults as HTML, for notebooks."""
         usual = dict(leaves(Scenario(name=self.name).model_dump(mode="json")))
         own = leaves(self.model_dump(mode="json"))
         lines = [
@@ -112,36 +111,34 @@ class Scenario(ScenarioKeys):
 
     @property
     def ends_with_survey(self) -> bool:
-        """Whether the mission lasts until all AUVs have flown their lanes."""
+        """Whether the mission lasts until every AUV has flown its lanes."""
         return isinstance(self.duration_s, SurveyEnd)
 
     @property
     def lasting(self) -> str:
-        """How long the mission lasts, in words."""
+        """The duration of the mission in words."""
         lasts = float(self.duration_s)
         told = timed(lasts) if lasts >= LONG_S else f"{lasts:g} s"
         return f"{told}, until its lanes are flown" if self.ends_with_survey else told
 
     @property
     def has_signals(self) -> bool:
-        """Whether vehicles may send signals beside pings: by a program of access, to peers, or what
-        hosts of modems ask for.
-        """
+        """Whether vehicles may send more than pings: for programs, peers, or hosts of modems."""
         return self.protocol.signals or self.has_peers or self.modems is not None
 
     @property
     def has_peers(self) -> bool:
-        """Whether AUVs range each other; a single one has no peers."""
+        """Whether AUVs range each other; a single AUV has no peers."""
         return self.navigation.peers is not None and self.auvs.count > 1
 
     @property
     def plugins(self) -> dict[str, str]:
-        """The user-defined parts that it names (``module:object``), by key."""
+        """The user-defined parts that the scenario names (``module:object``), by key."""
         return {key: str(name) for key, _, name in parts_of(self) if is_plugin(name)}
 
     @property
     def leave(self) -> str:
-        """What a command that runs it needs behind it, so that its plug-ins are loaded."""
+        """The option that a command needs to run this scenario: " --allow-plugins", or ""."""
         return " --allow-plugins" if self.plugins else ""
 
     @model_validator(mode="wrap")
@@ -172,10 +169,10 @@ Ground = TypeVar("Ground", bound=Site)
 
 
 def kept(derive: Callable[[Scenario], Ground]) -> Callable[[Scenario], Ground]:
-    """Return a function that keeps the last facts made until it is asked about another scenario.
+    """Wrap `derive`, which makes facts of a scenario, so that the last facts are kept and reused.
 
-    That is another object (to compare two takes as long as most facts), or one whose user-defined
-    parts were defined anew meanwhile, as in a notebook.
+    They are reused for the same scenario object (comparing two takes as long as most facts) with
+    the same user-defined parts, since a notebook may define these anew.
     """
     last: tuple[tuple[object, ...], Ground] | None = None
 
@@ -183,7 +180,7 @@ def kept(derive: Callable[[Scenario], Ground]) -> Callable[[Scenario], Ground]:
     def answered(scenario: Scenario) -> Ground:
         nonlocal last
         of = (scenario, *loaded_parts(scenario))
-        found = last  # other threads may ask about others
+        found = last  # another thread may replace `last`
         if found is None or not all(map(is_, of, found[0])):
             found = last = of, derive(scenario)
         return found[1]
@@ -193,12 +190,12 @@ def kept(derive: Callable[[Scenario], Ground]) -> Callable[[Scenario], Ground]:
 
 @kept
 def site_of(scenario: Scenario) -> Site:
-    """Return what the keys of a scenario mean, as far as no seed and no sound matter."""
+    """Return the facts that follow from the keys of a scenario without seed or sound."""
     return Site(scenario)
 
 
 def _ended(site: Site) -> list[Problem]:
-    """Work out when the survey of a mission ends, and with it the mission; or say why not."""
+    """Set the duration of a mission that ends with its survey, or return why that fails."""
     scenario = site.scenario
     if not any(wing.asked.is_flown for wing in site.wings):
         message = f"{SURVEY} needs lanes or waypoints to be flown; give the seconds"
@@ -207,20 +204,20 @@ def _ended(site: Site) -> list[Problem]:
         end = site.survey_end_s
     except ValueError as error:
         key, _, message = str(error).partition(": ")
-        if key.startswith("auvs."):  # who cannot fly it
+        if key.startswith("auvs."):  # a vehicle cannot fly its route
             return [Problem(key, message, ("auvs.vehicle",))]
         return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
     scenario.__dict__["duration_s"] = end
-    return problems(site)  # more of which can be told once it is known
+    return problems(site)  # some rules need the duration
 
 
 def problems(site: Site) -> list[Problem]:
-    """Return every contradiction: dotted key, rule, value and remedy."""
+    """Return every contradiction between keys: key, message with value and remedy, other keys."""
     return [found for subject in SUBJECTS for found in subject(site)]
 
 
 def _parts_problems(site: Site) -> Iterator[Problem]:
-    """Yield names of parts that there are not, and wrong settings of those that ship."""
+    """Yield names of parts that do not exist, and wrong settings of shipped parts."""
     for key, family, name in parts_of(site.scenario):
         if name in family.siblings:
             for setting, message in shipped_mistakes(family, name):
@@ -236,7 +233,7 @@ def _parts_problems(site: Site) -> Iterator[Problem]:
 
 
 def _preset(key: str, name: str) -> str:
-    """Return where a preset belongs that is named in a part's place; "" for what is none."""
+    """Return a hint if `name`, given as a part, is the name of a preset; else ""."""
     section, _, _ = key.rpartition(".")
     kind, own = ("usbl", "preset") if section == "usbl" else ("modem", "modem")
     is_there = section.startswith(("usbl", "acoustics")) and any(
@@ -245,7 +242,7 @@ def _preset(key: str, name: str) -> str:
     return f"; it is a preset: set {section}.{own} to {name}" if is_there else ""
 
 
-# Each yields what keys of its subject contradict, in the order in which they are told.
+# Each yields the contradictions of one subject, in the order of the report.
 SUBJECTS = (
     survey_problems,
     vehicles_problems,

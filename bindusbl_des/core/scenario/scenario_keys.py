@@ -1,8 +1,8 @@
-"""All keys of a scenario, section by section, and how a contradiction between them is told.
+"""All keys of a scenario, section by section.
 
-A mission as its planner describes it: frozen, validated, units in the key names.  It is plain data
-and knows nothing of files, clocks or random numbers: the same scenario run with the same seed is
-the same mission.
+A mission as its planner describes it: frozen and validated, with units in the names of the keys. It
+is plain data and knows nothing of files, clocks or random numbers: the same scenario with the same
+seed is the same mission.
 """
 
 from typing import Annotated, Any, Literal
@@ -29,7 +29,7 @@ from .sections.vehicles import Asvs, Auvs
 
 
 class Origin(Part):
-    """Where on Earth x = y = 0 (WGS-84); +x is north there, +y east."""
+    """Where on Earth x = y = 0 is (WGS-84); there +x is north and +y east."""
 
     lat_deg: Annotated[Real | None, angle_of("NS"), or_text(90, "null")] = key(
         None,
@@ -44,14 +44,14 @@ class Origin(Part):
 
     @property
     def coordinates(self) -> tuple[float, float] | None:
-        """Latitude and longitude (deg), None for a survey that is nowhere in particular."""
+        """Latitude and longitude (deg); None without a position on Earth."""
         if self.lat_deg is None or self.lon_deg is None:
             return None
         return self.lat_deg, self.lon_deg
 
 
 class Environment(Part):
-    """The water: how fast sound travels in it, how it moves, and where it is."""
+    """The water: speed of sound, current, surface height, and position on Earth."""
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
     temperature_c: Real | None = key(
@@ -109,7 +109,7 @@ class Environment(Part):
 
 
 class Traffic(Part):
-    """Data that AUVs send to the vessels beside their pings."""
+    """Data packets that AUVs send to the ASVs behind their pings."""
 
     bytes: Whole = key(64, "B", "size of a packet", ge=1, le=65_535)
     every_s: Real = key(
@@ -121,7 +121,7 @@ class Traffic(Part):
 
 
 class Modems(Part):
-    """Modems of all vehicles, whose hosts say what they send (`live --to seatrac:...`)."""
+    """Modems of all vehicles, whose host computers say what they send (`live --to seatrac:...`)."""
 
     make: Literal["seatrac", "evologics"] = key("seatrac", "", "whose modems they are")
     lines: Text | None = key(
@@ -131,7 +131,7 @@ class Modems(Part):
 
 
 class Record(Part):
-    """What is kept of a mission."""
+    """What a mission records, at which rates."""
 
     tracks_hz: Real = key(2.0, "Hz", "rate of the rows in `tracks`", ge=1e-6, le=1e3)
     metrics_hz: Real = key(
@@ -144,7 +144,7 @@ class Record(Part):
 
 
 class ScenarioKeys(Part):
-    """All keys of a scenario, each within its range; :class:`.scenario.Scenario` has them agree."""
+    """All keys of a scenario, each within its range; :class:`.scenario.Scenario` adds agreement."""
 
     name: Text = Field(min_length=1, max_length=LONGEST_NAME, description="name of the scenario")
     duration_s: Duration = key(

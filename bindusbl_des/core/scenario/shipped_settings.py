@@ -1,4 +1,4 @@
-"""The settings of the parts that ship, but for those of channels."""
+"""The settings of shipped parts, but for those of channels."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -9,7 +9,7 @@ from ...support.spreads import Statistic
 from .key_types import PAPER, Real, key
 from .part_choice import Settings
 
-# Errors that a filter may be left ignorant of
+# Errors that a filter may leave out of its model
 Untold = Literal[
     "misalignment", "gnss", "sound_speed", "clock", "slow",
     "velocity_bias", "scale_factor", "heading", "initial_position",
@@ -77,7 +77,7 @@ class Kinematic(Settings):
     turning_radius_m: Real = key(5.0, "m", "smallest turning radius", ge=0.001, le=1e4)
 
 
-# What is said of either statement of a data sheet, and belongs to it alone
+# Keys that belong to one of a data sheet's two statements: accuracy of a position, or angles
 OF_ACCURACY = ("statistic",)
 OF_ANGLES = (
     *("elevation_sd_deg", "range_sd_m", "range_sd_percent", "reference_snr_db"),
@@ -86,9 +86,9 @@ OF_ANGLES = (
 
 
 class Datasheet(Settings):
-    """The settings of the instrument `datasheet`: the whole system as its sheet states it.
+    """The settings of the instrument `datasheet`: a whole USBL as its data sheet states it.
 
-    Either bearing, elevation and range, or the accuracy of a horizontal position.
+    The sheet states either bearing, elevation and range, or the accuracy of a horizontal position.
     """
 
     bearing_sd_deg: Real | None = key(
@@ -132,7 +132,7 @@ class Datasheet(Settings):
 
     @model_validator(mode="after")
     def _one_statement(self) -> "Datasheet":
-        """Refuse a sheet that says nothing, or the same twice."""
+        """Refuse a sheet that states nothing, or both."""
         by_angles, by_place = self.bearing_sd_deg is not None, self.states_a_place
         if by_angles and by_place:
             raise ValueError(
@@ -155,5 +155,5 @@ class Datasheet(Settings):
 
     @property
     def states_a_place(self) -> bool:
-        """Whether it states the accuracy of a position, and no angles."""
+        """Whether the sheet states the accuracy of a position instead of angles."""
         return self.accuracy_m > 0.0 or self.accuracy_percent > 0.0

@@ -1,8 +1,8 @@
-"""Where a mission takes place and who goes where: what its keys mean before anything sounds.
+"""What the keys of a scenario mean before any sound: area, water, AUVs, routes and stations.
 
-A :class:`Site` answers what validation asks, and is the ground on which :class:`..setup.Setup`
-stands.  Places in degrees (WGS-84) become places in the survey frame (m); what a user-defined
-placement or route says is asked for once.
+Validation asks a :class:`Site`, and :class:`..setup.Setup` extends it.  Positions in degrees
+(WGS-84) become positions in the survey frame (m).  A user-defined placement or route is called
+once.
 """
 
 import math
@@ -47,7 +47,7 @@ Ground = tuple[float, float, float]
 
 
 class NoStations(ValueError):
-    """ASVs keep no stations: they move during the mission."""
+    """ASVs move during the mission, so they keep no stations."""
 
     def __init__(self, model: str) -> None:
         super().__init__(
@@ -57,9 +57,10 @@ class NoStations(ValueError):
 
 
 class Site(Facts):
-    """The parts, the place and the ways of a scenario's keys, in the survey frame.
+    """Facts that follow from a scenario's keys, in the survey frame (m).
 
-    Numpy is loaded only by facts that need it, so that `validate` does not wait for it.
+    A fact is computed when it is first asked for.  Facts that need numpy import it, so that
+    `validate` does not wait for it.
     """
 
     def __init__(self, scenario: ScenarioKeys) -> None:
@@ -71,27 +72,27 @@ class Site(Facts):
 
     @fact
     def schedule(self) -> ScheduleTraits:
-        """What the schedule declares: who pings when."""
+        """What the schedule declares: which AUVs ping when."""
         return self.scenario.protocol.scheduling
 
     @fact
     def schedule_settings(self) -> ScheduleSettings:
-        """What the settings of the schedule say of its rounds."""
+        """What the settings of the schedule say about its rounds."""
         return self.scenario.protocol.schedule.settings_as(ScheduleSettings, self.schedule.settings)
 
     @fact
     def downlink(self) -> DownlinkTraits:
-        """What the downlink declares: when fixes travel."""
+        """What the downlink declares: when ASVs send fixes."""
         return families.DOWNLINK.declared(self.scenario.protocol.downlink)
 
     @fact
     def broadcaster(self) -> BroadcasterTraits:
-        """What the broadcaster declares: which ASV sends."""
+        """What the broadcaster declares: which ASV sends fixes."""
         return families.BROADCASTER.declared(self.scenario.protocol.broadcaster)
 
     @fact
     def ranging(self) -> RangingTraits:
-        """What the ranging declares: who pings, and whose clock starts it."""
+        """What the ranging declares: which vehicles ping, and by whose clock."""
         return families.RANGING.declared(self.scenario.protocol.ranging)
 
     @fact
@@ -106,8 +107,9 @@ class Site(Facts):
 
     @fact
     def tells_slots(self) -> bool:
-        """Whether frames tell AUVs their slots: they have some, are not called, and do not all
-        know at once.
+        """Whether AUVs learn their slots from frames, and not all at once when a round is planned.
+
+        Never for AUVs without slots, or that ASVs call.
         """
         protocol = self.scenario.protocol
         by_frames = families.KNOWLEDGE.declared(protocol.knowledge).by_frames
@@ -115,18 +117,20 @@ class Site(Facts):
 
     @fact
     def positions(self) -> str:
-        """By what the fleet knows where its AUVs are (`truth`, `last_fix`, `carried_forward`):
-        never by the truth if fixes alone tell it of them.
+        """Which AUV positions the schedule uses: `truth`, `last_fix` or `carried_forward`.
+
+        Where AUVs learn their slots from frames, the fleet knows their fixes alone: not `truth`.
         """
         positions = str(self.scenario.protocol.positions)
         return "carried_forward" if positions == "truth" and self.tells_slots else positions
 
-    # The area, and its place on Earth
+    # The area, and its position on Earth
 
     @fact
     def origin_deg(self) -> Position | None:
-        """Latitude and longitude (deg) of x = y = 0: as given, or the centroid of an area in
-        degrees; None for a site that is nowhere on Earth.
+        """Latitude and longitude (deg) of x = y = 0, or None without a position on Earth.
+
+        By default it is the centroid of an area that is given in degrees.
         """
         given = self.scenario.environment.origin.coordinates
         corners = self.scenario.survey.corners_deg
@@ -134,19 +138,17 @@ class Site(Facts):
 
     @property
     def ground(self) -> Ground | None:
-        """Latitude and longitude (deg) of x = y = 0, and the height of the water there (m); None
-        for a site that is nowhere on Earth.
-        """
+        """Latitude and longitude (deg) of x = y = 0, and the height (m) of its water; or None."""
         height = self.scenario.environment.surface_m
         return None if self.origin_deg is None else (*self.origin_deg, height)
 
     @fact
     def area(self) -> Area:
-        """The area to be surveyed (m, survey frame), without land, and water where nobody goes.
+        """The open area of the survey (survey frame, m), without land and keep-outs.
 
         Raises:
-            ValueError: when its polygon is none, saying why; with the key before it where land is
-                none, or leaves nothing.
+            ValueError: when a polygon is invalid or land leaves nothing open, with the key in
+                front where land is the reason.
         """
         survey = self.scenario.survey
         turn = math.radians(survey.rotation_deg)
@@ -168,10 +170,10 @@ class Site(Facts):
 
     @fact
     def land(self) -> "Land | None":
-        """Land (m, survey frame): holes of the area's file, and `survey.land`; None without.
+        """The land (survey frame, m): holes in the area's chart, and `survey.land`; else None.
 
         Raises:
-            ValueError: when a polygon of it is none, saying which and why.
+            ValueError: when a polygon is invalid, with its key and the reason.
         """
         survey = self.scenario.survey
         if survey.land is survey.area is None:
@@ -185,19 +187,17 @@ class Site(Facts):
 
     @fact
     def keep_out(self) -> "Land | None":
-        """Water where nobody goes (m, survey frame); None without.  Errors are those of `land`."""
+        """The keep-outs, which no vehicle enters (survey frame, m), or None.  Raises as `land`."""
         return _land(self._polygons("keep_out"))
 
     @fact
     def closed(self) -> "Land | None":
-        """Land, and water where nobody goes (m, survey frame); None without.  Errors are those of
-        `land`.
-        """
+        """Land and keep-outs together (survey frame, m); None without.  Raises as `land`."""
         both = (what.polygons for what in (self.land, self.keep_out) if what is not None)
         return _land(tuple(chain.from_iterable(both)))
 
     def _polygons(self, name: str) -> tuple[Rings, ...]:
-        """Return the polygons (m) that `survey.land` or `survey.keep_out` says."""
+        """Return the polygons (m) given at `survey.land` or `survey.keep_out`."""
         given, key = getattr(self.scenario.survey, name), f"survey.{name}"
         if isinstance(given, str):
             charted = self.scenario.survey.charted(name)
@@ -205,7 +205,7 @@ class Site(Facts):
         return tuple((_ring(f"{key}.{n}", corners),) for n, corners in enumerate(given or ()))
 
     def _shore(self, key: str, ring: tuple[Position, ...]) -> tuple[Point, ...]:
-        """Return a ring of a chart at a key (m), latitude and longitude (deg)."""
+        """Return a ring, latitude and longitude (deg), of the chart at a key in metres."""
         if self.ground is None:
             raise ValueError(
                 f"{key}: is a chart, and nothing says where on Earth x = y = 0 is; add "
@@ -222,12 +222,14 @@ class Site(Facts):
 
     @fact
     def sound_speed_m_per_s(self) -> float:
-        """How fast sound travels (m/s): the number given, or the harmonic mean between surface and
-        survey (:func:`..sea.water_column.mean_speed`) of what temperature or cast make of it.
+        """The true speed of sound (m/s): as given, or the harmonic mean of its profile.
+
+        The mean is over the depths of the survey (:func:`..sea.water_column.mean_speed`);
+        temperature or a cast give the profile.
 
         Raises:
-            ValueError: naming what is wrong with the cast.
-            ImportError: without gsw, where that is asked for.
+            ValueError: when the cast is invalid, with the reason.
+            ImportError: without gsw, when the law is `teos10`.
         """
         if self._column is None:
             return self.scenario.environment.sound_speed_m_per_s
@@ -237,13 +239,13 @@ class Site(Facts):
 
     @fact
     def assumed_sound_speed_m_per_s(self) -> float:
-        """The speed of sound (m/s) that the fleet works with."""
+        """The speed of sound (m/s) by which the fleet computes ranges."""
         assumed = self.scenario.environment.assumed_sound_speed_m_per_s
         return self.sound_speed_m_per_s if assumed is None else assumed
 
     @fact
     def sound_profile(self) -> "Profile":
-        """The speed of sound (m/s) over depth (m); raises as `sound_speed_m_per_s`."""
+        """The speed of sound (m/s) as a function of depth (m); raises as `sound_speed_m_per_s`."""
         if self._column is not None:
             return self._column.profile()
         from ..sea.water_column import uniform_profile
@@ -252,7 +254,7 @@ class Site(Facts):
 
     @fact
     def water(self) -> "Water":
-        """The water that absorbs sound down to the survey; raises as `sound_speed_m_per_s`."""
+        """The water that absorbs sound, down to the survey; raises as `sound_speed_m_per_s`."""
         if self._column is not None:
             return self._column.water()
         from ..sea.water import USUAL_WATER
@@ -261,11 +263,11 @@ class Site(Facts):
 
     @property
     def _column(self) -> "Column | None":
-        """The water column; None where a speed of sound is given in its place."""
+        """The water column of temperature or cast; None where the speed of sound is given."""
         given = self.scenario.environment
         if given.temperature_c is None and given.ctd is None:
             return None
-        from ..sea.water_column import Column  # brings numpy, which a given speed does not need
+        from ..sea.water_column import Column  # imports numpy, which a given speed does not need
 
         return Column(
             deepest_m=self.deepest_m,
@@ -278,7 +280,7 @@ class Site(Facts):
 
     @fact
     def pings_echo(self) -> bool:
-        """Whether pings have echoes: those of AUVs, by a sonar, where a bottom is given."""
+        """Whether pings have echoes: those of AUVs, on a `sonar` channel with a bottom."""
         channel = self.scenario.acoustics.hf.channel
         given = channel == "sonar" and channel.settings.get("bottom_m") is not None
         return given and not self.scenario.protocol.asvs_ping
@@ -287,12 +289,12 @@ class Site(Facts):
 
     @fact
     def groups(self) -> tuple[Group, ...]:
-        """The AUVs that are alike: those of `auvs.groups`, or all of them."""
+        """The groups of equal AUVs: those of `auvs.groups`, or one group of all AUVs."""
         return tuple(groups_of(self.scenario))
 
     @fact
     def auvs(self) -> tuple[Auv, ...]:
-        """How fast (m/s) and deep (m) each AUV goes, and where it is launched and recovered (m)."""
+        """Each AUV's group, speed (m/s), depth (m), and where it is launched and recovered (m)."""
         return tuple(auvs_of(self.scenario, self.groups))
 
     @fact
@@ -307,31 +309,31 @@ class Site(Facts):
 
     @fact
     def wings(self) -> tuple[Wing, ...]:
-        """The AUVs that share a route, and what is asked of each."""
+        """The wings, AUVs that share a route, with the route of each."""
         return tuple(wings_of(self.groups))
 
     @fact
     def rising(self) -> frozenset[int]:
-        """The AUVs, by their numbers, that come up to the surface."""
+        """The numbers of the AUVs that surface during the mission."""
         rising = [wing for wing in self.wings if wing.asked.surfacing is not None]
         return frozenset(auv for wing in rising for auv in wing.members)
 
     @fact
     def overruled_keys(self) -> tuple[str, ...]:
-        """The keys that could be said of all AUVs, and which each group says for itself."""
+        """The keys for all AUVs that have no effect, since every group gives its own value."""
         first, *others = self.groups
         keys = first.own_keys
         return tuple(key for key in keys if all(key in group.own_keys for group in others))
 
     @fact
     def planned_speeds_m_per_s(self) -> tuple[float, ...]:
-        """How fast (m/s) each AUV is to go along its way: those that hold, not at all."""
+        """The planned speed (m/s) of each AUV along its route; 0 for an AUV that holds."""
         still = {auv for wing in self.wings if wing.asked.is_held for auv in wing.members}
         return tuple(0.0 if auv.number in still else auv.speed_m_per_s for auv in self.auvs)
 
     @fact
     def swaths_m(self) -> tuple[float | None, ...]:
-        """How wide (m) a strip each AUV surveys; None where no key says."""
+        """The width (m) that each AUV surveys; None where no key gives it."""
         asked = self.scenario.survey.swath_m
         found = {
             auv: asked or getattr(wing.asked, "lane_spacing_m", None)
@@ -342,10 +344,10 @@ class Site(Facts):
 
     @fact
     def turning_radii_m(self) -> tuple[float, ...]:
-        """The radius (m) of the planned turns of each AUV: as asked for, or as its model can turn.
+        """The radius (m) of each AUV's planned turns: as given, or the smallest of its hull.
 
         Raises:
-            ValueError: when a model cannot go at the speed that is asked of it.
+            ValueError: when a hull cannot go at the speed asked of it.
         """
         found = {(auv.group, auv.speed_m_per_s): 0.0 for auv in self.auvs}
         for group, speed in found:
@@ -364,28 +366,27 @@ class Site(Facts):
                 raise ValueError(f"{key}: {error}") from None
         return tuple(found[auv.group, auv.speed_m_per_s] for auv in self.auvs)
 
-    # The ways of the AUVs
+    # The routes of the AUVs
 
     @fact
     def routes(self) -> tuple[RouteTraits, ...]:
-        """The route of each wing, its places in metres: that of a user-defined part as way points
-        or tracks.
+        """The route of each wing in metres; a user-defined route becomes waypoints or tracks.
 
         Raises:
-            PluginError: when a user-defined route is not allowed, cannot be used, or makes none.
-            ValueError: when its places are in degrees, and the site is nowhere on Earth.
+            PluginError: when a user-defined route is not allowed or fails.
+            ValueError: when positions are in degrees and the site has no position on Earth.
         """
         return tuple(map(self.route_of, self.wings))
 
     @property
     def route(self) -> RouteTraits:
-        """The route of AUV0; that of all AUVs, unless groups have routes of their own."""
+        """The route of AUV0, which all AUVs have unless groups have routes of their own."""
         return next(
             route for wing, route in zip(self.wings, self.routes, strict=True) if 0 in wing.members
         )
 
     def route_of(self, wing: Wing) -> RouteTraits:
-        """Return the route of a wing (as `routes`)."""
+        """Return the route of one wing; see `routes`."""
         route = wing.asked
         if not isinstance(route, OwnRoute):
             return self._positioned(route)
@@ -396,8 +397,7 @@ class Site(Facts):
 
     @fact
     def plans(self) -> "tuple[FlightPlan | None, ...]":
-        """What each AUV is to fly (routes lawnmower and waypoints): its path, lanes and endless
-        tour; None for those that fly no path.
+        """Each AUV's flight plan: path, lanes and endless tour; None for an AUV that flies no path.
 
         Raises:
             ValueError: when a route cannot be flown.
@@ -406,7 +406,7 @@ class Site(Facts):
 
     @fact
     def plans_that_ship(self) -> "tuple[FlightPlan | None, ...]":
-        """The same, without those of user-defined routes, which are not asked."""
+        """As `plans`, but None for user-defined routes, which are not called."""
         flown = [wing for wing in self.wings if wing.asked.is_flown]
         if len(flown) == len(self.wings):
             return self.plans
@@ -432,10 +432,10 @@ class Site(Facts):
 
     @fact
     def lane_shares(self) -> "dict[int, Share]":
-        """The lanes of each AUV that has such, in the frame of the lanes' heading.
+        """The lanes of each AUV that sweeps lanes, by its number, in the frame of the lanes.
 
         Raises:
-            ValueError: when there are fewer lanes than AUVs that are to share them.
+            ValueError: when there are fewer lanes than AUVs to share them.
         """
         from .flight_plans import shares_of
 
@@ -448,11 +448,11 @@ class Site(Facts):
 
     @fact
     def survey_end_s(self) -> "SurveyEnd":
-        """When (s) the last AUV has flown its lanes, and is where it is recovered, if anywhere.
+        """When (s) the last AUV has flown its lanes and reached its recovery, if it has one.
 
         Raises:
-            ValueError: when a current leaves no headway, the survey takes longer than a mission
-                may, or a route has no plan.
+            ValueError: when a current leaves no headway, the survey exceeds the longest mission,
+                or a route cannot be flown.
         """
         from .flight_plans import survey_end
 
@@ -460,11 +460,10 @@ class Site(Facts):
 
     @fact
     def flown_s(self) -> tuple[float, ...]:
-        """When (s) each AUV has flown its lanes, and is where it is recovered, if anywhere; 0 of
-        those that fly none.
+        """When (s) each AUV has flown its lanes and reached its recovery, if any; 0 without lanes.
 
         Raises:
-            ValueError: when a current leaves no headway, or the route has no plan.
+            ValueError: when a current leaves no headway, or a route cannot be flown.
         """
         from .flight_plans import flown_s
 
@@ -472,11 +471,12 @@ class Site(Facts):
 
     @fact
     def auv_tracks(self) -> "tuple[RecordedTrack | None, ...]":
-        """The tracks (times (n,), s, places (n, 3), m) that AUVs repeat; None for those that do
-        not.
+        """For each AUV the recorded track that it repeats, or None.
+
+        A track has times (n,), s, and positions (n, 3), m.
 
         Raises:
-            ValueError: naming key and remedy, when one cannot be read or is not in the mission.
+            ValueError: with key and remedy, when a track is unreadable or outside the mission.
         """
         found: dict[int, RecordedTrack] = {}
         for wing, route in zip(self.wings, self.routes, strict=True):
@@ -493,7 +493,7 @@ class Site(Facts):
 
     @fact
     def held_places_m(self) -> tuple[Point | None, ...]:
-        """Where AUVs hold still, [x, y] in m; None for those that do not."""
+        """The position [x, y] (m) of each AUV that holds one; None for the others."""
         found: dict[int, Point] = {}
         for wing, route in zip(self.wings, self.routes, strict=True):
             if route.is_held:
@@ -504,12 +504,11 @@ class Site(Facts):
 
     @fact
     def stations_m(self) -> Stations:
-        """Where the ASVs keep station, (x, y) in m (eq. formation).
+        """The stations (x, y) of the ASVs, m (eq. formation).
 
         Raises:
             NoStations: when ASVs move.
-            PluginError: when a user-defined placement is not allowed, cannot be used, or makes
-                none.
+            PluginError: when a user-defined placement is not allowed or fails.
         """
         asked = self.scenario.asvs.formation
         if isinstance(asked, OwnPlacement):
@@ -530,10 +529,10 @@ class Site(Facts):
 
     @fact
     def given_stations_m(self) -> tuple[Point, ...] | None:
-        """Where ASVs were given places, (x, y) in m; None where they form a ring.
+        """The stations (x, y) that the scenario lists, m; None for a ring.
 
         Raises:
-            ValueError: when they are in degrees, and the site is nowhere on Earth.
+            ValueError: when they are in degrees and the site has no position on Earth.
         """
         asked = self.scenario.asvs.formation
         degrees = getattr(asked, "positions_deg", None)
@@ -544,7 +543,7 @@ class Site(Facts):
 
     @fact
     def kept_stations_m(self) -> Stations:
-        """Where the ASVs keep station, (x, y) in m; none where they move."""
+        """The stations (x, y) of the ASVs, m; empty where ASVs move."""
         try:
             return self.stations_m
         except NoStations:
@@ -552,8 +551,9 @@ class Site(Facts):
 
     @fact
     def nominal_stations_m(self) -> Stations:
-        """Where ASVs lie, for an estimate, (x, y) in m: a ring stands in for those that move, and
-        for a user-defined placement that cannot be asked.
+        """Stations (x, y), m, for estimates: a ring at HF range replaces ASVs that move.
+
+        The ring also replaces a user-defined placement that cannot be called.
         """
         try:
             return self.stations_m
@@ -563,7 +563,7 @@ class Site(Facts):
 
     @fact
     def nominal_routes(self) -> tuple[RouteTraits, ...]:
-        """The routes, for an estimate: lanes where a user-defined one cannot be asked."""
+        """Routes for estimates: lanes replace user-defined routes that cannot be called."""
         try:
             return self.routes
         except PluginError:
@@ -571,7 +571,7 @@ class Site(Facts):
 
     @fact
     def are_steered(self) -> bool:
-        """Whether ASVs are told during the mission where to go; raises as `stations_m`."""
+        """Whether ASVs get orders during the mission; raises as `stations_m`."""
         placement = self.scenario.asvs.formation
         if isinstance(placement, OwnPlacement):
             return not self.kept_stations_m
@@ -579,10 +579,10 @@ class Site(Facts):
 
     @fact
     def asv_tracks(self) -> "tuple[RecordedTrack, ...] | None":
-        """The tracks (times (n,), s, places (n, 3), m) that ASVs repeat; None if they do not.
+        """The recorded tracks (times (n,), s; positions (n, 3), m) that ASVs repeat; None without.
 
         Raises:
-            ValueError: naming key and remedy, when one cannot be read or is not in the mission.
+            ValueError: with key and remedy, when a track is unreadable or outside the mission.
         """
         recording = self.scenario.asvs.formation.recording
         if recording is None:
@@ -592,7 +592,7 @@ class Site(Facts):
 
     @fact
     def failures(self) -> "Failures | None":
-        """When which ASVs fail (s); None where none does."""
+        """Which ASVs fail, from when until when (s); None without failures."""
         given = self.scenario.asvs.failures
         if not given:
             return None
@@ -609,12 +609,12 @@ class Site(Facts):
 
     @fact
     def horizontal_reach_m(self) -> float:
-        """How far (m), seen from above, an ASV hears an AUV at the survey's greatest depth."""
+        """The horizontal range (m) of HF from the surface to the greatest depth of an AUV."""
         return self._from_above(self.scenario.acoustics.hf)
 
     @fact
     def horizontal_mf_reach_m(self) -> float:
-        """How far (m), seen from above, an AUV at the survey's greatest depth hears an ASV."""
+        """The horizontal range (m) of MF from the surface to the greatest depth of an AUV."""
         return self._from_above(self.scenario.acoustics.mf)
 
     def _from_above(self, band: UplinkSection | Downlink) -> float:
@@ -624,11 +624,11 @@ class Site(Facts):
 
     @fact
     def plan_view(self) -> "PlanView":
-        """What a user-defined placement may know."""
+        """The facts that a user-defined placement gets."""
         return self._view(tuple(range(len(self.auvs))))
 
     def _view(self, auvs: Sequence[int]) -> "PlanView":
-        """Return what a placement may know, or a route of some AUVs."""
+        """Return the facts that a user-defined placement, or a route of some AUVs, gets."""
         from .own_routes import PlanView
 
         scenario, area = self.scenario, self.area
@@ -646,13 +646,13 @@ class Site(Facts):
         )
 
     def auv_track(self, wing: Wing, number: int) -> "RecordedTrack":
-        """Return the track of a file that an AUV of a wing repeats (raises as `auv_tracks`)."""
+        """Return the track in the file `number` of a wing's recording; raises as `auv_tracks`."""
         from ..vehicles.tracks import read_track
 
         route = wing.asked.recording
         assert route is not None
         file, which = route.sources[number]
-        auv = wing.members[min(number, len(wing) - 1)]  # of files too many nobody asks the depth
+        auv = wing.members[min(number, len(wing) - 1)]  # surplus files are refused elsewhere
         return read_track(
             file,
             route.time_offset_s,
@@ -662,7 +662,7 @@ class Site(Facts):
         )
 
     def asv_track(self, asv: int) -> "RecordedTrack":
-        """Return the track of a file that an ASV repeats, at the surface whatever its depths."""
+        """Return the track in the file of one ASV, at depth 0 whatever the file says."""
         from ..vehicles.tracks import read_track
 
         placement = self.scenario.asvs.formation.recording
@@ -682,10 +682,10 @@ class Site(Facts):
         return tuple(tracks)
 
     def on_earth(self, places: Iterable[Sequence[float]]) -> list[tuple[float, float, float]]:
-        """Return latitude, longitude (deg) and height (m) of places [x, y] or [x, y, z] (m).
+        """Return latitude, longitude (deg) and height (m) of positions [x, y] or [x, y, z] (m).
 
         Raises:
-            ValueError: when the site is nowhere on Earth.
+            ValueError: when the site has no position on Earth.
         """
         from ..geometry.geodesy import geodetic_from_ned
 
@@ -710,7 +710,7 @@ class Site(Facts):
 
     @fact
     def some_tracks_lack_depths(self) -> bool:
-        """Whether a track tells no depths, so that its AUV is at that of the survey."""
+        """Whether some track has no depths, so that its AUV goes at the depth of the survey."""
         recorded = [wing.asked.recording for wing in self.wings]
         sources = [source for route in recorded if route is not None for source in route.sources]
         if not sources:
@@ -721,11 +721,11 @@ class Site(Facts):
             surface_m = self.scenario.environment.surface_m
             found = [read_recording(*source, surface_m) for source in sources]
         except ValueError:
-            return False  # which is told where they are read
+            return False  # the reader of the file reports it
         return any(recording.lacks_depths for recording in found)
 
     def _ring(self, radius: float, angle_rad: float) -> Stations:
-        """Return the stations of a regular formation about the middle of the survey."""
+        """Return the stations of a regular formation about the centroid of the survey."""
         places, (x, y) = vertices(self.scenario.asvs.count, radius, angle_rad), self.area.centroid
         if (x, y) == (0.0, 0.0):
             return tuple(places)
@@ -733,19 +733,19 @@ class Site(Facts):
 
 
 def _land(polygons: tuple[Rings, ...]) -> "Land | None":
-    """Return polygons (m) as land; None where there are none."""
+    """Return polygons (m) as `Land`; None without any."""
     if not polygons:
         return None
-    from ..geometry.land import Land  # which brings numba, and few scenarios need
+    from ..geometry.land import Land  # imports numba, which few scenarios need
 
     return Land(polygons)
 
 
 def _ring(key: str, corners: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the corners (m) of a ring at a key.
+    """Return the corners (m) of the polygon at a key.
 
     Raises:
-        ValueError: naming the key, when they make no polygon.
+        ValueError: with the key in front, when the corners make no polygon.
     """
     try:
         return polygon(corners).corners
@@ -754,9 +754,9 @@ def _ring(key: str, corners: Sequence[Point]) -> tuple[Point, ...]:
 
 
 def _centroid(corners: tuple[Position, ...]) -> Position:
-    """Return the centroid of a polygon, latitude and longitude (deg).
+    """Return the centroid of a polygon as latitude and longitude (deg).
 
-    That of corners which make none is the first: whoever asks for their area is told what is wrong.
+    For corners that make no polygon it is the first corner; `Site.area` reports the mistake.
     """
     from ..geometry.geodesy import geodetic_from_ned
 
@@ -769,13 +769,14 @@ def _centroid(corners: tuple[Position, ...]) -> Position:
 
 
 def in_metres(positions: tuple[Position, ...], origin: Sequence[float]) -> tuple[Point, ...]:
-    """Return positions, latitude and longitude (deg), as [x, y] (m) about an origin: latitude and
-    longitude (deg), and the height of the water (m), if it is not that of the sea.
+    """Return positions (latitude, longitude, deg) as [x, y] (m) about an origin.
+
+    The origin is latitude and longitude (deg) and, if not 0, the height of the water (m).
 
     >>> [(round(x), round(y)) for x, y in in_metres(((54.331, 10.18),), (54.33, 10.18))]
     [(111, 0)]
     """
-    import numpy as np  # which scenarios in metres do not need
+    import numpy as np  # scenarios in metres do not need it
 
     from ..geometry.geodesy import ned_at_depth
 

@@ -1,5 +1,5 @@
-"""What the water and the instruments must agree on: one statement of each, arrays that can tell;
-and how large a mission may be.
+"""Rules for water, instruments and the size of a mission: one statement of each, arrays that
+resolve.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,12 +15,12 @@ from ..site import Site
 
 AnyScenario = TypeVar("AnyScenario", bound=ScenarioKeys)
 
-# The speed of sound (m/s) that is not given
+# The default speed of sound (m/s)
 USUAL_SPEED = Environment.model_fields["sound_speed_m_per_s"].default
 
 
 def water_problems(site: Site) -> Iterator[Problem]:
-    """Yield what is wrong with where a scenario is, and with the water there."""
+    """Yield contradictions about the position on Earth, and about the water."""
     yield from _origin(site)
     yield from _water(site)
 
@@ -74,7 +74,7 @@ def _teos10(site: Site, key: str) -> Iterator[Problem]:
             (f"environment.{key}",),
         )
     else:
-        from ...sea.water import SOUTHERNMOST_DEG  # brings numpy, as gsw does
+        from ...sea.water import SOUTHERNMOST_DEG  # imports numpy, as gsw does
 
         if place[0] < SOUTHERNMOST_DEG:
             yield Problem(
@@ -84,7 +84,7 @@ def _teos10(site: Site, key: str) -> Iterator[Problem]:
             )
 
 
-# What the sheet of an inertial system says with one figure, and what these keys say of nothing
+# Keys that the data sheet of an inertial system replaces, with the values that mean no error
 REPLACED_BY_DRIFT = {
     "velocity_bias_m_per_s": (0.0, 0.0),
     "velocity_bias_sd_m_per_s": 0.0,
@@ -94,7 +94,7 @@ REPLACED_BY_DRIFT = {
 
 
 def instruments_problems(site: Site) -> Iterator[Problem]:
-    """Yield what instruments' keys contradict each other in."""
+    """Yield contradictions about instruments: USBL, range rates, data sheets, assumed values."""
     yield from _usbl(site)
     yield from _range_rates(site)
     yield from _drift(site)
@@ -162,8 +162,8 @@ def _drift(site: Site) -> Iterator[Problem]:
             )
 
 
-# Keys of what lasts in the errors of dead reckoning and of fixes, or in the water: a filter models
-# these, and may take them for something else than they are.
+# Keys that a filter models (lasting errors of dead reckoning and of fixes, the water), and of which
+# it may assume other values than the true ones.
 ASSUMED = {
     "environment": (
         *("sound_speed_m_per_s", "assumed_sound_speed_m_per_s", "current_m_per_s"),
@@ -181,7 +181,7 @@ ASSUMED = {
 
 
 def assumed_sections(scenario: ScenarioKeys) -> dict[str, Any]:
-    """Return the data of the sections that a filter takes for something else, as it does."""
+    """Return the data of the sections of which a filter assumes other values, with these values."""
     assumes: Mapping[str, Any] = scenario.navigation.filter.settings.get("assumes", {})
     return {
         name: _laid_over(getattr(scenario, name).model_dump(mode="json", exclude_unset=True), keys)
@@ -190,7 +190,7 @@ def assumed_sections(scenario: ScenarioKeys) -> dict[str, Any]:
 
 
 def _laid_over(data: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Return data with other values of some keys, those of sections within it by themselves."""
+    """Return data with some keys replaced; a mapping replaces keys within a section."""
     return {
         **data,
         **{
@@ -201,12 +201,12 @@ def _laid_over(data: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, An
 
 
 def _assumed(scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield what a filter cannot assume: what it knows nothing of, and values out of range."""
+    """Yield assumptions that a filter cannot make: keys it does not model, values out of range."""
     where, assumes = "navigation.filter.assumes", scenario.navigation.filter.settings.get("assumes")
     if not (isinstance(assumes, Mapping) and scenario.navigation.weighs):
         return
     if not all(isinstance(keys, Mapping) for keys in assumes.values()):
-        return  # told as of any setting
+        return  # reported with the settings of the part
     known = [f"{section}.{name}" for section, names in ASSUMED.items() for name in names]
     wrong = [
         f"{section}.{name}"
@@ -231,9 +231,7 @@ def _assumed(scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def taken_for(scenario: AnyScenario) -> AnyScenario:
-    """Return the scenario that a filter takes its own for: what the setting `assumes` says in the
-    place of its keys.
-    """
+    """Return the scenario that a filter assumes: its setting `assumes` replaces keys."""
     chosen = scenario.navigation.filter
     if not chosen.settings.get("assumes"):
         return scenario
@@ -247,15 +245,15 @@ def taken_for(scenario: AnyScenario) -> AnyScenario:
     return scenario.model_copy(update={**taken, "navigation": told})
 
 
-# A mission larger than this would exhaust the memory of any workstation.
+# More samples than this would exhaust the memory of any workstation.
 LARGEST_SAMPLES = 5e8
 
-# Nothing is sampled more often.
+# The highest rate of samples.
 OFTENEST_HZ = 1e3
 
 
 def sizes_problems(site: Site) -> Iterator[Problem]:
-    """Yield rates at which more samples would be kept than memory holds, or none."""
+    """Yield rates that record more samples than memory holds, or none at all."""
     begin, rate = site.scenario.record.metrics_from_s, site.scenario.record.metrics_hz
     if begin >= site.scenario.duration_s - 1 / rate and begin > 0:
         left = site.scenario.duration_s - begin

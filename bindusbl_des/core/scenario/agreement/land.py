@@ -1,4 +1,4 @@
-"""Vehicles that would lie, or go, on land or in water where nobody goes."""
+"""Rules for land: no vehicle lies or goes on land or in a keep-out."""
 
 from collections.abc import Iterator
 
@@ -8,13 +8,14 @@ from ...geometry.area import Point
 from ..site import Site
 from .vehicles import has_too_many_lanes
 
-# A way that is on land for no longer than this (m) only touches it.
+# A path that is on land for no longer than this (m) only touches it.
 TOUCHES_M = 1e-3
 
 
 def land_problems(site: Site) -> Iterator[Problem]:
-    """Yield which vehicles lie or go where nobody may; nothing of land that is none, which is told
-    elsewhere.
+    """Yield vehicles that lie or go on land or in a keep-out.
+
+    Nothing is yielded where the land itself is invalid, which `survey_problems` reports.
     """
     survey = site.scenario.survey
     if survey.land is None and survey.keep_out is None and len(survey.charted("area")[:1]) == 0:
@@ -30,7 +31,7 @@ def land_problems(site: Site) -> Iterator[Problem]:
 
 
 def _places(site: Site) -> Iterator[Problem]:
-    """Yield places on land at which vehicles lie, or their ways begin or end."""
+    """Yield positions on land where vehicles lie, start or end."""
     formation = site.scenario.asvs.formation
     kept: list[tuple[str, str, Point]] = []
     if not formation.moves:
@@ -45,7 +46,7 @@ def _places(site: Site) -> Iterator[Problem]:
         if wing.asked.is_held:
             try:
                 places = site.route_of(wing).places
-            except (ValueError, PluginError):  # nothing says where on Earth they are, which is told
+            except (ValueError, PluginError):  # no position on Earth, reported elsewhere
                 continue
             key = f"{wing.key}.{wing.asked.places_key}"
             for number, ((place,), auv_number) in enumerate(
@@ -64,7 +65,7 @@ def _stations(site: Site) -> list[tuple[str, str, Point]]:
     formation = site.scenario.asvs.formation
     try:
         stations = site.stations_m
-    except (ValueError, PluginError):  # which is told elsewhere, or of no mission that has begun
+    except (ValueError, PluginError):  # reported elsewhere, or when the mission begins
         return []
     names = ("positions_m", "positions_deg", "radius_m")
     name = next(
@@ -81,7 +82,7 @@ def _stations(site: Site) -> list[tuple[str, str, Point]]:
 
 
 def ashore(site: Site, place: Point) -> str:
-    """Return how far ashore a place (m) is, in words; "" on open water."""
+    """Return in words how far a position (m) is from open water; "" on open water."""
     for land, where in ((site.land, "on land"), (site.closed, "where nobody goes (keep_out)")):
         if land is not None and (inside := land.ashore(*place)) > 0.0:
             return f"{where}, {inside:.3g} m from open water"
@@ -89,16 +90,16 @@ def ashore(site: Site, place: Point) -> str:
 
 
 def _ways(site: Site) -> Iterator[Problem]:
-    """Yield planned ways of AUVs that lead over land, and where."""
+    """Yield planned paths of AUVs that lead over land, with the first point on land."""
     closed = site.closed
     if closed is None or not any(wing.asked.is_flown for wing in site.wings):
         return
     if any(has_too_many_lanes(site, wing) for wing in site.wings):
-        return  # which is told elsewhere
+        return  # reported elsewhere
     try:
         plans = site.plans_that_ship
     except (ValueError, PluginError):
-        return  # which is told elsewhere
+        return  # reported elsewhere
     for wing in site.wings:
         for number, auv in enumerate(wing.members):
             if (plan := plans[auv]) is None:

@@ -1,5 +1,5 @@
-"""What the parts of a mission must agree on: slots where parts need them, frames that tell AUVs
-their slots, channels that reach deep enough, messages that hold a fix.
+"""Rules for the protocol: slots, frames that name slots, relays, data, and messages that hold a
+fix.
 """
 
 from collections.abc import Iterator
@@ -12,12 +12,12 @@ from ..part_choice import PartChoice
 from ..site import Site
 from .vehicles import no_such_asv
 
-# How many modems of each make have an address
+# The number of addresses of each make of modem
 MOST_MODEMS = {"seatrac": 15, "evologics": 254}
 
 
 def protocol_problems(site: Site) -> Iterator[Problem]:
-    """Yield every contradiction among the keys of the protocol."""
+    """Yield contradictions among the keys of the protocol."""
     yield from _fixed(site)
     yield from _unslotted(site)
     yield from _ordered(site)
@@ -26,7 +26,7 @@ def protocol_problems(site: Site) -> Iterator[Problem]:
 
 
 def _fixed(site: Site) -> Iterator[Problem]:
-    """Yield that the one ASV that is to broadcast is not there."""
+    """Yield that the one ASV chosen to broadcast does not exist."""
     broadcaster, count = site.scenario.protocol.broadcaster, site.scenario.asvs.count
     asv = broadcaster.settings.get("asv")
     if site.broadcaster.chosen_by == "one" and isinstance(asv, int) and asv >= count:
@@ -38,7 +38,7 @@ def _fixed(site: Site) -> Iterator[Problem]:
 
 
 def _unslotted(site: Site) -> Iterator[Problem]:
-    """Yield parts that need slots where random access gives nobody any."""
+    """Yield parts that need slots where AUVs use random access."""
     protocol = site.scenario.protocol
     if not site.scenario.protocol.random_access:
         return
@@ -58,7 +58,7 @@ def _unslotted(site: Site) -> Iterator[Problem]:
 
 
 def modems_problems(site: Site) -> Iterator[Problem]:
-    """Yield why hosts cannot have modems on a wire as asked for."""
+    """Yield why hosts cannot use modems in this scenario."""
     scenario, protocol = site.scenario, site.scenario.protocol
     if scenario.modems is None:
         return
@@ -80,7 +80,7 @@ def modems_problems(site: Site) -> Iterator[Problem]:
 
 
 def peers_problems(site: Site) -> Iterator[Problem]:
-    """Yield why AUVs cannot range each other as asked for."""
+    """Yield why AUVs cannot range each other in this scenario."""
     scenario, peers = site.scenario, site.scenario.navigation.peers
     if peers is None:
         return
@@ -135,7 +135,7 @@ def peers_problems(site: Site) -> Iterator[Problem]:
 
 
 def _ordered(site: Site) -> Iterator[Problem]:
-    """Yield what schedules that call AUVs, or tell them when to ping, do not go with."""
+    """Yield parts that do not fit a schedule that calls AUVs, or that tells them when to ping."""
     protocol, others = site.scenario.protocol, ("protocol.schedule",)
     schedule = site.schedule
     if schedule.calls and protocol.ranging.is_own:
@@ -168,7 +168,7 @@ def _ordered(site: Site) -> Iterator[Problem]:
 
 
 def _exchanged(site: Site) -> Iterator[Problem]:
-    """Yield why frames cannot be acknowledged, repeated or relayed."""
+    """Yield why frames cannot be acknowledged, repeated or relayed in this scenario."""
     protocol, count = site.scenario.protocol, site.scenario.auvs.count
     asked = {
         "acknowledge": protocol.acknowledge != "none",
@@ -220,7 +220,7 @@ def _exchanged(site: Site) -> Iterator[Problem]:
 
 
 def _laden(site: Site) -> Iterator[Problem]:
-    """Yield why AUVs cannot send data behind their pings."""
+    """Yield why AUVs cannot send data behind their pings in this scenario."""
     protocol = site.scenario.protocol
     if site.scenario.traffic is None:
         return
@@ -255,19 +255,20 @@ def _laden(site: Site) -> Iterator[Problem]:
 
 
 def _by_own_clocks() -> str:
-    """Return the rangings with which AUVs ping by their own clocks, in words: they need no slot
-    that must hold more than a ping.
+    """Return in words the rangings in which AUVs ping by their own clocks.
+
+    Their slots hold a ping alone.
     """
     return " or ".join(RANGING.having(lambda traits: traits.own_clocks))
 
 
 def _foreseen() -> list[str]:
-    """Return the downlinks whose rounds begin when a frame a round ahead can say that they do."""
+    """Return the downlinks whose next round begins at an instant that a frame can announce."""
     return DOWNLINK.having(lambda traits: traits.is_foreseen)
 
 
 def telling_problems(site: Site) -> Iterator[Problem]:
-    """Yield why AUVs cannot be told their slots, where they have to be."""
+    """Yield why frames cannot tell AUVs their slots, where they have to."""
     if not site.tells_slots:
         return
     downlink = site.scenario.protocol.downlink
@@ -298,18 +299,18 @@ def telling_problems(site: Site) -> Iterator[Problem]:
 
 
 def _room(site: Site) -> int | None:
-    """Return how many bytes a message has room for beside its header; None for any number."""
+    """Return the capacity (bytes) of a message beside its header; None if it is unlimited."""
     mf = site.scenario.acoustics.mf
     try:
         measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes
     except ValueError:
-        return None  # which has been told
+        return None  # reported elsewhere
     sizes = [size for size in (mf.payload_bytes, measured) if size is not None]
     return min(sizes) - mf.header_bytes if sizes else None
 
 
 def _overfull(site: Site, room: int) -> Iterator[Problem]:
-    """Yield why messages with room for so many bytes cannot tell AUVs their slots."""
+    """Yield why messages with a capacity of `room` bytes cannot tell AUVs their slots."""
     each, count, mf = (
         site.scenario.protocol.dissemination.assignment_bytes,
         site.scenario.auvs.count,
@@ -337,7 +338,7 @@ def _overfull(site: Site, room: int) -> Iterator[Problem]:
 
 
 def acoustics_problems(site: Site) -> Iterator[Problem]:
-    """Yield what is wrong with channels, and with messages of the downlink."""
+    """Yield contradictions about channels, and about messages of the downlink."""
     yield from _channels(site)
     yield from _messages(site)
 
@@ -354,9 +355,7 @@ def _channels(site: Site) -> Iterator[Problem]:
 
 
 def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[str, str]]:
-    """Yield what keeps rays from being traced, or pings from having echoes, for a survey as deep
-    (m), each with its setting.
-    """
+    """Yield (setting, message) where no rays or echoes can be computed down to `deepest_m` (m)."""
     declared = CHANNEL.declared(channel)
     traced = declared.traces_rays and channel.settings.get("rays") is None
     if not traced and not declared.has_echoes:
@@ -378,7 +377,7 @@ def _bottom_mistakes(channel: PartChoice, deepest_m: float) -> Iterator[tuple[st
 
 
 def _messages(site: Site) -> Iterator[Problem]:
-    """Yield why messages of the downlink cannot be sent, where there are any."""
+    """Yield why ASVs cannot send messages of the downlink."""
     mf, protocol = site.scenario.acoustics.mf, site.scenario.protocol
     try:
         measured = None if mf.airtimes is None else airtime_table(mf.airtimes).most_bytes

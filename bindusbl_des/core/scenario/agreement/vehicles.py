@@ -1,4 +1,4 @@
-"""What surveys, vehicles, their ways and their places must agree on."""
+"""Rules for surveys, vehicles, routes, stations and failures."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -14,12 +14,12 @@ from ..sections.survey import SHAPES
 from ..sections.vehicles import Failure
 from ..site import Site
 
-# Lanes of a survey, and of one with land, each of which is planned through the water that is left.
+# The most lanes of a survey, and of one with land, where each lane is planned over water.
 MOST_LANES, MOST_ROUND_LAND = 100_000, 2_000
 
 
 def survey_problems(site: Site) -> Iterator[Problem]:
-    """Yield why a survey cannot be flown as asked for."""
+    """Yield why the survey cannot be flown as asked."""
     shape = list(_shape(site))
     yield from shape
     yield from _fleet(site)
@@ -28,7 +28,7 @@ def survey_problems(site: Site) -> Iterator[Problem]:
 
 
 def _shape(site: Site) -> Iterator[Problem]:
-    """Yield what is wrong with the shape of the survey."""
+    """Yield why the survey has no valid shape."""
     survey, shapes = site.scenario.survey, site.scenario.survey.shapes
     if len(shapes) != 1:
         first = shapes[0] if shapes else "side_m"
@@ -57,7 +57,7 @@ def _shape(site: Site) -> Iterator[Problem]:
 
 
 def _fleet(site: Site) -> Iterator[Problem]:
-    """Yield lists of what each AUV has that do not fit the number of AUVs."""
+    """Yield lists with an entry per AUV whose length is not the number of AUVs."""
     auvs, survey = site.scenario.auvs, site.scenario.survey
     grouped = sum(group.count for group in auvs.groups)
     if auvs.groups and grouped != auvs.count:
@@ -90,14 +90,14 @@ def _fleet(site: Site) -> Iterator[Problem]:
 
 
 def _lanes(site: Site) -> Iterator[Problem]:
-    """Yield why the survey cannot be swept in lanes as asked for."""
+    """Yield why the survey cannot be swept in lanes as asked."""
     for wing in site.wings:
         if wing.asked.lanes is not None:
             yield from _ruled(site, wing, wing.asked.lanes)
 
 
 def has_too_many_lanes(site: Site, wing: Wing) -> bool:
-    """Tell whether AUVs would sweep the survey in more lanes than are planned."""
+    """Tell whether a wing's lanes are more than the program plans."""
     if wing.asked.lanes is None:
         return False
     box = site.area.along(site.lanes_heading_rad(wing)).box
@@ -145,7 +145,7 @@ def _ruled(site: Site, wing: Wing, route: Lawnmower) -> Iterator[Problem]:
 
 
 def vehicles_problems(site: Site) -> Iterator[Problem]:
-    """Yield vehicles that routes, feedback or currents ask too much of."""
+    """Yield vehicles that cannot fly their route or steer by estimates, and idle currents."""
     asvs, water, hulls = site.scenario.asvs, site.scenario.environment, list[str]()
     for group in site.groups:
         vehicle, hull = group.vehicle, group.key("vehicle")
@@ -190,7 +190,7 @@ ORIGIN = ("environment.origin.lat_deg", "environment.origin.lon_deg")
 
 
 def places_problems(site: Site) -> Iterator[Problem]:
-    """Yield what is wrong with the places of a scenario that are given in degrees."""
+    """Yield positions in degrees that have no origin, are given twice, or lie too far away."""
     given, corners = list(_in_degrees(site)), site.scenario.survey.corners_deg
     origin = site.origin_deg
     if origin is not None:
@@ -210,8 +210,9 @@ def places_problems(site: Site) -> Iterator[Problem]:
 def _in_degrees(
     site: Site,
 ) -> Iterator[tuple[str, str, bool, list[tuple[str, Position]]]]:
-    """Yield each key in degrees, the one in metres beside it, and whether that is given as well;
-    and the positions, each with the key of its own.
+    """Yield each key in degrees, the key in metres beside it, whether both are given, and entries.
+
+    An entry is a position with the key of its own.
     """
     formation = site.scenario.asvs.formation
     for wing in site.wings:
@@ -230,11 +231,12 @@ def _in_degrees(
 
 
 def _keyed(key: str, positions: Sequence[Position]) -> list[tuple[str, Position]]:
+    """Return positions with the key of each, numbered from 0."""
     return [(f"{key}.{number}", position) for number, position in enumerate(positions)]
 
 
 def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Problem]:
-    """Yield the first position that is too far away, if there is one."""
+    """Yield the first position that is too far from the origin, if there is one."""
     from ...geometry.geodesy import far_apart_m
     from ...vehicles.tracks import FARTHEST, too_far
 
@@ -248,7 +250,7 @@ def _far(positions: list[tuple[str, Position]], origin: Position) -> Iterator[Pr
 
 
 def route_problems(site: Site) -> Iterator[Problem]:
-    """Yield lists of places, ways and files that do not fit the number of AUVs, or are no ways."""
+    """Yield routes that do not fit the number of AUVs, lack points, or surface with dynamics."""
     for wing in site.wings:
         route, whose = wing.asked, "AUV that has no other" if wing.is_partial else "AUV"
         whose = whose if wing.key == "auvs.route" else "AUV of the group"
@@ -268,7 +270,7 @@ def route_problems(site: Site) -> Iterator[Problem]:
                 (steered[0].key("vehicle"),),
             )
         if not route.is_flown or (route.positions and site.origin_deg is None):
-            continue  # which has been told
+            continue  # reported elsewhere
         for auv, points in enumerate(site.route_of(wing).places):
             if len(points) < 2 or any(dist(a, b) < SHORTEST_LANE for a, b in pairwise(points)):
                 yield Problem(
@@ -277,15 +279,15 @@ def route_problems(site: Site) -> Iterator[Problem]:
                 )
 
 
-# So many ASVs are placed in a tenth of a second; twice as many take seconds.
+# The most ASVs of a replanned placement: these take 0.1 s to place, twice as many take seconds.
 MOST_PLACED = 50
 
-# So many times ASVs may be told where to go; each takes a fifth of a kilobyte.
+# The most orders to ASVs in a mission; each takes 0.2 kB of memory.
 MOST_ORDERS = 1e6
 
 
 def formation_problems(site: Site) -> Iterator[Problem]:
-    """Yield what is wrong with ASVs that keep their places, or that move."""
+    """Yield contradictions about stations of ASVs, or about ASVs that move."""
     placement = site.scenario.asvs.formation
     if placement.moored is not None:
         yield from _still(placement.moored, site.scenario.asvs.count)
@@ -365,7 +367,7 @@ def _moving(site: Site) -> Iterator[Problem]:
 
 
 def no_such_asv(asv: int, count: int) -> str:
-    """Return that there is no such ASV among so many.
+    """Return the message that an ASV does not exist among `count` ASVs.
 
     >>> no_such_asv(1, 1)
     'there is no ASV1: the only one is ASV0'
@@ -375,7 +377,7 @@ def no_such_asv(asv: int, count: int) -> str:
 
 
 def failures_problems(site: Site) -> Iterator[Problem]:
-    """Yield failures that cannot be."""
+    """Yield failures of ASVs that do not exist, end before they begin, or overlap."""
     count, given = site.scenario.asvs.count, site.scenario.asvs.failures
     for number, failure in enumerate(given):
         key = f"asvs.failures.{number}"

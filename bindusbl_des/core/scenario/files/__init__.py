@@ -1,1 +1,1 @@
-"""Scenarios as YAML files: read with every mistake at its place, overridden, begun anew."""
+"""Scenarios as YAML files: reading with every mistake at its line, options `--set`, former keys."""

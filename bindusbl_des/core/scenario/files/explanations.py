@@ -1,4 +1,4 @@
-"""What pydantic found wrong with a scenario, in words for the person who wrote the file."""
+"""pydantic's errors about a scenario, reworded for the author of the file."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ FORMATION: Path = ("asvs", "formation")
 GROUPS: Path = ("auvs", "groups")
 POLYGONS: tuple[Path, ...] = (("survey", "land"), ("survey", "keep_out"))
 
-# What people write behind a number, and by how much that is to be multiplied for a key's own unit.
+# (unit that a user wrote behind a number, unit of the key): the factor between them.
 FACTORS = {
     **{("us", "s"): 1e-6, ("ms", "s"): 1e-3, ("min", "s"): 60.0, ("h", "s"): 3600.0},
     **{("mm", "m"): 1e-3, ("cm", "m"): 1e-2, ("km", "m"): 1e3, ("nmi", "m"): 1852.0},
@@ -30,10 +30,10 @@ FACTORS = {
     **{("kHz", "Hz"): 1e3, ("Hz", "kHz"): 1e-3, ("kbps", "bit/s"): 1e3, ("kbit/s", "bit/s"): 1e3},
 }
 
-# More keys than this are not listed when a key is unknown.
+# The message about an unknown key lists at most so many keys.
 MOST_LISTED = 12
 
-# Unknown keys beyond these are told without what they may have been meant to be: 1 ms each.
+# After so many unknown keys, messages no longer suggest similar keys, which takes 1 ms each.
 MOST_EXPLAINED = 500
 
 
@@ -41,8 +41,8 @@ MOST_EXPLAINED = 500
 class Finding:
     """One mistake in the data of a scenario.
 
-    `at_key` says that the key is wrong rather than its value; `unsettled` are further paths whose
-    values the author may have meant to give.
+    `at_key` says that the key is wrong rather than its value.  `unsettled` lists further paths
+    whose values the author may have meant to give.
     """
 
     path: Path
@@ -52,7 +52,7 @@ class Finding:
 
 
 def in_words(error: ValidationError, data: Any) -> ValidationError:
-    """Return the same error in our words; the context of each has its :class:`Finding`."""
+    """Return the same error with our messages; each detail's context has its :class:`Finding`."""
     details = []
     for number, detail in enumerate(error.errors(include_url=False)):
         finding = explained(detail, data, briefly=number >= MOST_EXPLAINED)
@@ -63,9 +63,9 @@ def in_words(error: ValidationError, data: Any) -> ValidationError:
 
 
 def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> Finding:
-    """Return what one pydantic error means; `data` is the scenario that was validated.
+    """Return the meaning of one pydantic error; `data` is the scenario that was validated.
 
-    Briefly, nobody looks for what an unknown key was meant to be.
+    `briefly` skips the search for similar keys.
     """
     path, kind, value = _path(error["loc"]), error["type"], error["input"]
     if kind == "extra_forbidden":
@@ -91,21 +91,21 @@ def explained(error: Mapping[str, Any], data: Any, *, briefly: bool = False) -> 
 
 
 def guessed_kind(route: Mapping[str, Any]) -> str:
-    """Return the kind of route that was most likely meant: by its spelling, else by its keys."""
+    """Return the kind of route that the author likely meant, by its spelling or else its keys."""
     kinds = next(row.choices for row in keys() if row.key == "auvs.route.kind")
     counts = [sum(row.only == kind and row.name in route for row in keys()) for kind in kinds]
     return nearest(str(route.get("kind")), kinds) or kinds[counts.index(max(counts))]
 
 
 def _path(location: tuple[str | int, ...]) -> Path:
-    """Return the path in the file of an error; pydantic names the arm of a union in it."""
+    """Return an error's path in the file, without the union member that pydantic puts in it."""
     ends = [2] if location[:2] in POLYGONS else _chosen(location)
     parts = [part for part in ends if len(location) > part]
     return (*location[: parts[0]], *location[parts[0] + 1 :]) if parts else location
 
 
 def _chosen(path: Path) -> list[int]:
-    """Return where in a path the section of a route or placement ends, if it leads into one."""
+    """Return the index behind the section of a route or placement that a path enters, if any."""
     if path[:2] in (ROUTE, FORMATION):
         return [2]
     return [4] if path[:2] == GROUPS and path[3:4] == ("route",) else []
@@ -119,7 +119,7 @@ def _row(path: Path) -> Key | None:
 
 @cache
 def _names(section: str, kind: str) -> tuple[str, ...]:
-    """Return the keys and sections that may stand in a section."""
+    """Return the keys and subsections that a section may have."""
     section = ".".join(part for part in section.split(".") if not part.isdigit())
     section = section if section == "auvs.groups" else as_for_all(section)
     known = (*keys(), *items())
@@ -129,12 +129,12 @@ def _names(section: str, kind: str) -> tuple[str, ...]:
 
 
 def _belongs(row: Key, kind: str) -> bool:
-    """Tell whether a key may stand beside the kind of a route or the model of a placement."""
+    """Tell whether a key fits a kind of route or a model of placement."""
     return row.only == "" or kind in row.only.split(", ")
 
 
 def _kind(path: Path, data: Any) -> str:
-    """Return which kind of route, or model of a placement, a path leads into."""
+    """Return the kind of route, or model of placement, of the section that a path enters, or ""."""
     for end in _chosen(path):
         section, is_route = value_at(data, path[:end]), path[end - 1] == "route"
         return str(
@@ -172,7 +172,7 @@ def _unknown(path: Path, data: Any) -> Finding:
 
 
 def _elsewhere(name: str, section: str, here: Sequence[str]) -> str:
-    """Return the remedy for a key that is nowhere in this section."""
+    """Return the remedy for a key that this section does not have."""
     if name.isdigit():
         return f"a decimal comma? write a point, as in 1.{name}"
     near = nearest(name, [row.name for row in keys()])
@@ -192,7 +192,7 @@ def _unknown_kind(section: Path, route: Mapping[str, Any]) -> Finding:
 
 
 def _one_of(choices: tuple[str, ...], value: Any) -> str:
-    # YAML's null and the word none look alike, so what was read as null may be meant as none.
+    # YAML reads an empty value as null; its author may have meant the word none.
     asked = value if isinstance(value, str) else "none" if value is None else plain(value)
     hint = did_you_mean(asked, choices)
     words = f"one of {', '.join(choices)}" if len(choices) > 1 else choices[0]
@@ -241,7 +241,7 @@ def _in_quotes(value: Any) -> str:
 
 
 def path_in_list(path: Path) -> bool:
-    """Tell whether a path leads into a list."""
+    """Tell whether a path enters a list."""
     return any(isinstance(part, int) for part in path)
 
 
@@ -251,7 +251,7 @@ def _range(row: Key | None) -> str:
 
 
 def _list_words(row: Key | None, path: Path) -> str:
-    """Return what should stand at a path into nested lists: each index takes off one "list of"."""
+    """Return the type expected at a path into nested lists: each index removes one "list of"."""
     words = row.kind.removesuffix(", or null").rpartition("text, or ")[2] if row else "list"
     for _ in range(sum(isinstance(part, int) for part in path)):
         words = words.removeprefix("list of ")
@@ -266,7 +266,7 @@ def _when_empty(row: Key | None, value: Any) -> str:
 
 
 def _remedy(row: Key | None, value: Any) -> str:
-    """Return how to write the number that was meant."""
+    """Return how to write the number that the author meant."""
     if not isinstance(value, str):
         return _when_empty(row, value)
     text = value.strip()
@@ -290,7 +290,7 @@ def _remedy(row: Key | None, value: Any) -> str:
 
 
 def _whole(text: str) -> str:
-    """Return the decimal that a number such as 0o17, 0x1f or 1_000 stands for."""
+    """Return the decimal number for text such as 0o17, 0x1f or 1_000."""
     try:
         return str(int(text, 0))
     except ValueError:

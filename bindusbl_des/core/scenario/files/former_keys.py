@@ -1,4 +1,4 @@
-"""Files, options and records in the spelling of former versions: keys that are settings now."""
+"""Keys that moved into the settings of parts: files, options and records of former versions."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -14,7 +14,7 @@ from ..scenario_keys import ScenarioKeys
 
 READ_YET = "the former spelling is read in this version only"
 
-# What every record of a mission held before any key had moved
+# Keys (section, name) that every record of a mission held before any key moved
 OF_OLD = (
     *(("auvs", "turning_radius_m"), ("navigation", "gain"), ("protocol", "turnaround_s")),
     ("record", "detail"),
@@ -32,18 +32,18 @@ def _sections() -> dict[str, type[Section]]:
 
 
 def _moved(path: Path) -> Moved | None:
-    """Return which moved key stands at a path; None where there is none."""
+    """Return the moved key at a path; None if there is none."""
     section = _sections().get(str(path[0])) if len(path) == 2 else None
     return next((move for move in section.MOVED if move.name == path[1]), None) if section else None
 
 
 def is_former(key: str) -> bool:
-    """Tell whether a dotted key is a setting of a part now."""
+    """Tell whether a dotted key is now a setting of a part."""
     return _moved(tuple(key.strip().split("."))) is not None
 
 
 def key_now(key: str) -> str:
-    """Return a dotted key as it is spelt now.
+    """Return a dotted key in the present spelling.
 
     >>> key_now("navigation.gain"), key_now("navigation.filter")
     ('navigation.filter.gain', 'navigation.filter')
@@ -54,14 +54,15 @@ def key_now(key: str) -> str:
 
 
 def option_now(option: str) -> str:
-    """Return an option ``dotted.key=value`` as it is spelt now."""
+    """Return an option ``dotted.key=value`` in the present spelling."""
     key, equals, value = option.partition("=")
     return f"{key_now(key.strip())}{equals}{value}" if is_former(key) else option
 
 
 def path_now(data: Any, path: Path) -> Path:
-    """Return where the value at a path belongs now: at the part chosen in the data of a scenario;
-    the same path where that has no such setting.
+    """Return the present path of a value: a setting of the part chosen in the data of a scenario.
+
+    It is the same path where the chosen part has no such setting.
     """
     move = _moved(path)
     section = data.get(path[0], {}) if move and isinstance(data, dict) else None
@@ -72,8 +73,9 @@ def path_now(data: Any, path: Path) -> Path:
 
 
 def move_keys(document: Document) -> None:
-    """Put moved keys where they belong, with a warning at the line of each; those of parts that are
-    not chosen stay, and are mistakes once the scenario is read.
+    """Move former keys of a document into the settings of parts, with a warning at each line.
+
+    Keys of parts that are not chosen stay, and are mistakes once the scenario is validated.
     """
     for name, kind in _sections().items():
         found: list[Moved] = []
@@ -98,16 +100,16 @@ def move_keys(document: Document) -> None:
 
 
 def as_now(record: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the data of a scenario that the program wrote in the spelling of today.
+    """Return a scenario that a former version recorded, in the present spelling.
 
-    It wrote every key, also those of parts that were not chosen: they are left out, as are those
-    that have their defaults.
+    Records hold every key, also those of parts that were not chosen: these are left out, and so are
+    moved keys with their default.
     """
     return {**record, **dict(_as_now(record))}
 
 
 def is_of_old(data: Any) -> bool:
-    """Tell whether a former version of the program wrote the whole data of a scenario."""
+    """Tell whether a former version of the program recorded this scenario."""
     return isinstance(data, Mapping) and all(
         isinstance(data.get(section), Mapping) and name in data[section] for section, name in OF_OLD
     )

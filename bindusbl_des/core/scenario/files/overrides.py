@@ -1,4 +1,4 @@
-"""Options ``--set dotted.key=value`` laid over the data of a scenario file."""
+"""Options ``--set dotted.key=value`` applied to the data of a scenario file."""
 
 from collections.abc import Collection
 from copy import deepcopy
@@ -19,17 +19,17 @@ from ..keys import as_for_all, keys, settings
 from ..scenario import Scenario
 from .former_keys import READ_YET, path_now
 
-# Keys whose value is the name of a model, or a mapping with it and what is set about it.
+# Keys that choose a part within a section, and keys whose value is a part or a mapping with one.
 CHOOSERS = frozenset({"model", "kind"})
 PARTS = tuple(family.key for family in FAMILIES if not family.word)
 
 
 def override(document: Document, option: str) -> None:
-    """Lay one ``dotted.key=value`` over a document; its mistakes go to the document.
+    """Apply one ``dotted.key=value`` to a document; its mistakes go to the document.
 
-    Values follow the rules of the file, `[1, 2]` is a list, and items of lists are numbered from 0:
-    ``asvs.formation.positions_m.0.1=5``.  Another model begins without the settings of the one
-    before, but for those that an option gave.
+    Values follow the rules of the file: `[1, 2]` is a list.  Items of lists are numbered from 0:
+    ``asvs.formation.positions_m.0.1=5``.  A newly chosen model begins without the settings of the
+    former one, except those that an earlier option gave.
     """
     place = FilePlace(f"--set {option}")
     name, equals, text = option.partition("=")
@@ -57,7 +57,7 @@ def override(document: Document, option: str) -> None:
     for places in (document.keys, document.values):
         for known in [known for known in places if known[: len(path)] == path]:
             del places[known]
-        # A section that this option created stands where the option stands.
+        # A section that this option creates has the place of the option in messages.
         for length in range(1, len(path) + 1):
             places.setdefault(path[:length], place)
 
@@ -68,10 +68,10 @@ def put(data: dict[str, Any], key: str, value: Any) -> str:
 
 
 def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) -> str:
-    """Put a value at a path, creating sections on the way; return what prevents it, or "".
+    """Put a value at a path, creating sections as needed; return what prevents it, or "".
 
-    Settings that are not of a part so chosen are dropped, unless they are to be `kept`; a part
-    chosen again keeps its own.
+    A newly chosen part drops settings that it does not have, but for those `kept`; a part that is
+    chosen again keeps its settings.
     """
     if not isinstance(data, dict):
         return ""
@@ -95,21 +95,21 @@ def _put(data: Any, path: Path, value: Any, kept: Collection[str | int] = ()) ->
 
 
 def _named(part: Any) -> str | None:
-    """Return the part that a mapping with settings names, which is chosen again by its name."""
+    """Return the name of the part in a mapping with settings; else None."""
     return part.get("model") if isinstance(part, dict) else None
 
 
 def _not_of(section: str, chosen: Any) -> set[str]:
-    """Return the settings in a section that are not of the part that is chosen there."""
+    """Return the settings in a section that do not belong to the part chosen there."""
     rows = [row for row in (*keys(), *settings()) if row.section == section]
     of_it = [row for row in rows if row.only and chosen in row.only.split(", ")]
-    # Those that are said to be of none are of what has no others, such as a ring of moored ASVs.
+    # Settings without an owner belong to a part without settings, such as a ring of moored ASVs.
     of_it += [row for row in rows if not row.only and not of_it]
     return {row.name for row in rows if row not in of_it} - CHOOSERS
 
 
 def _misfit(spot: Any, part: str | int, path: Path) -> str:
-    """Return why the dict or list at a path cannot have such a key or item, or ""."""
+    """Return why the dict or list at a path cannot have such a key or index; "" if it can."""
     if isinstance(part, str):
         fits = not isinstance(spot, list)
     else:
@@ -126,9 +126,9 @@ def _misfit(spot: Any, part: str | int, path: Path) -> str:
 
 
 def _inside(spot: Any, part: str | int, path: Path) -> Any:
-    """Return what is at a key of a dict or list; what the file leaves out begins as its default.
+    """Return the value at a key or index; a value that the file leaves out begins as its default.
 
-    A part that is named alone becomes a mapping, to which its settings can be added.
+    A part given by name alone becomes a mapping, which can take settings.
     """
     is_part = as_for_all(dotted(path)) in PARTS
     if isinstance(spot, dict) and part not in spot:

@@ -1,6 +1,6 @@
-"""Scenarios from YAML files: every mistake at once, each with its place and a remedy.
+"""Scenarios from YAML files: every mistake at once, each with its line and a remedy.
 
-Files that a scenario names are sought beside it; what is wrong with one is told at its key.
+Files that a scenario names are sought in its folder; a mistake in one is reported at its key.
 """
 
 import copy
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 
 class Source(NamedTuple):
-    """Where a scenario stands: its text, what messages call it, where its files are sought.
+    """A scenario as text: its name in messages, the folder of its files, and overrides.
 
-    `overrides` are laid over it, each as ``dotted.key=value``.
+    `overrides` are applied to it, each as ``dotted.key=value``.
     """
 
     text: str
@@ -56,12 +56,12 @@ class Source(NamedTuple):
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Source":
-        """Write down what was given of a scenario, as JSON, which is YAML."""
+        """Return the keys given of a scenario as JSON, which is valid YAML."""
         given = scenario.model_dump(mode="json", exclude_unset=True)
         return cls(json.dumps(given, ensure_ascii=False), f"scenario {scenario.name}", FilePath())
 
     def read(self, allow_plugins: bool = False) -> tuple[Document, Scenario]:
-        """Return its document, which knows where its keys stand, and its scenario.
+        """Return the document, which knows the line of each key, and the scenario.
 
         Raises:
             ScenarioError: listing every mistake.
@@ -73,7 +73,7 @@ class Source(NamedTuple):
             if is_of_old(document.data):
                 document.data = as_now(document.data)
             move_keys(document)
-        # Those of former keys come last, once the parts are chosen whose settings they are now.
+        # Options with former keys come last: they become settings of the parts chosen by then.
         for option in sorted(
             self.overrides, key=lambda option: is_former(option.partition("=")[0])
         ):
@@ -99,11 +99,11 @@ class Source(NamedTuple):
 def load_scenario(
     path: str | FilePath, *, overrides: Sequence[str] = (), allow_plugins: bool = False
 ) -> Scenario:
-    """Read a scenario file, or the scenario of that name that ships, such as ``quickstart``.
+    """Read a scenario file or, by its name, a scenario that ships, such as ``quickstart``.
 
-    `overrides` are laid over it, each as ``dotted.key=value``.  Files that it names are sought
-    beside it.  Plug-ins that it names (``module:object``) are code of its author's: with
-    `allow_plugins` they are loaded and checked, without it nothing is, and `simulate` refuses.
+    `overrides` are applied to it, each as ``dotted.key=value``.  Files that it names are sought in
+    its folder.  Plug-ins that it names (``module:object``) are code of its author: with
+    `allow_plugins` they are loaded and checked, without it they are not, and `simulate` refuses.
 
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.
@@ -116,12 +116,12 @@ def load_scenario(
 
 
 def as_scenario(given: Scenario | str | FilePath, *, allow_plugins: bool = False) -> Scenario:
-    """Return the scenario that is given, or that of the file whose path is.
+    """Return a scenario as it is, or the scenario of a file by its path.
 
     Raises:
-        PluginError: when a part of one's own that a given scenario names cannot be used.
+        PluginError: when a user-defined part of a given scenario cannot be used.
         ScenarioError: listing every mistake, when the file cannot be read or used.
-        TypeError: when it is neither, in one line that says what is wanted.
+        TypeError: when `given` is neither a scenario nor a path.
     """
     if isinstance(given, Scenario):
         for mistake in load_plugins(given) if allow_plugins else ():
@@ -147,9 +147,9 @@ def _check_root(document: Document) -> None:
 
 
 def _settled(document: Document, folder: FilePath) -> Scenario | None:
-    """Validate, set aside what is wrong, and again until nothing is; note every mistake.
+    """Validate, remove wrong values and validate again until none is left; note every mistake.
 
-    A contradiction that involves a key set aside is not noted: it may vanish with the mistake.
+    A contradiction that involves a removed key is not noted: it may vanish with the mistake.
     """
     data = copy.deepcopy(document.data)
     misread = set()
@@ -174,7 +174,7 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
             )
             return None
         findings = [detail["ctx"]["finding"] for detail in details]
-        # Unknown keys first: a key that was only misspelt is not missing as well.
+        # Unknown keys first: a misspelt key must not be reported as missing, too.
         findings.sort(key=lambda finding: finding.message.startswith("missing"))
         for finding in findings:
             if dotted(finding.path) not in misread:
@@ -190,7 +190,7 @@ def _note(document: Document, finding: Finding) -> None:
 
 
 def _set_aside(data: Any, path: Path) -> None:
-    """Take the value at a path out of the data, or put in what stands in for it."""
+    """Remove the value at a path from the data, or replace it where the data needs one."""
     if path == ("name",):
         data["name"] = "unnamed"
         return
@@ -198,7 +198,7 @@ def _set_aside(data: Any, path: Path) -> None:
         route = value_at(data, path[:-1])
         route["kind"] = guessed_kind(route)
         return
-    # A list goes as a whole: without one item it would be blamed for its length.
+    # Remove the whole list: one item less would cause an error about its length.
     whole = path[: next((n for n, part in enumerate(path) if isinstance(part, int)), len(path))]
     section = data
     for part in whole[:-1]:
@@ -222,7 +222,7 @@ def _overlap(path: Path, other: Path) -> bool:
 
 
 def _short_cast(scenario: Scenario) -> Iterator[Problem]:
-    """Yield that a cast ends above the survey."""
+    """Yield that a cast ends above the survey's depth."""
     if scenario.environment.ctd is None:
         return
     from ...sea.water_column import read_cast
@@ -230,7 +230,7 @@ def _short_cast(scenario: Scenario) -> Iterator[Problem]:
     try:
         read_cast(scenario.environment.ctd)
     except ValueError:
-        return  # which has been told already
+        return  # reported already
     try:
         site_of(scenario).sound_speed_m_per_s  # noqa: B018  # it raises what is wrong
     except ValueError as error:
@@ -238,7 +238,7 @@ def _short_cast(scenario: Scenario) -> Iterator[Problem]:
 
 
 def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
-    """Make the names of files absolute in the data of a scenario; yield what is wrong with them."""
+    """Make file names in a scenario's data absolute; yield (path, message) for unusable files."""
     for way in FILES:
         for path, section in _sections(data, way):
             given = section[way[-1]]
@@ -254,7 +254,10 @@ def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
 
 
 def _sections(data: Any, way: Way, path: Path = ()) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """Yield the mappings in which a way ends, each with the path to its file."""
+    """Yield the mappings that hold the last key of a way, each with the path to its file.
+
+    A way is a path of keys in which EACH stands for every item of a list.
+    """
     if way[0] == EACH:
         for number, item in enumerate(data if isinstance(data, list) else ()):
             yield from _sections(item, way[1:], (*path, number))
@@ -282,7 +285,7 @@ def _problem(file: str, way: Way, section: Mapping[str, Any]) -> str:
 
 def _check_track(file: str) -> None:
     from ....models.charts.recordings import (
-        check_tracks,  # brings numpy, which other routes do not need
+        check_tracks,  # imports numpy, which other routes do not need
     )
 
     check_tracks(file)
@@ -294,8 +297,8 @@ def _check_cast(file: str) -> None:
     read_cast(file)
 
 
-# How what is in a file is looked at, by the way to its name; it raises a ValueError that says it.
-# Other files are read when the scenario is made.
+# The check of a file's content, by the way to its name; it raises a ValueError with the reason.
+# Files not listed here are read when the scenario is validated.
 READERS: Mapping[Way, Callable[[str], object]] = {
     ("auvs", "route", "files"): _check_track,
     ("auvs", "groups", EACH, "route", "files"): _check_track,
@@ -308,7 +311,7 @@ READERS: Mapping[Way, Callable[[str], object]] = {
 
 
 def misplaced_tracks(scenario: Scenario) -> Iterator[Problem]:
-    """Yield which tracks begin after the mission's end, or have ended before its start."""
+    """Yield tracks that begin after the mission's end, or end before its start."""
     placement, lasts = scenario.asvs.formation.recording, scenario.duration_s
     site = site_of(scenario)
     for wing in site.wings:

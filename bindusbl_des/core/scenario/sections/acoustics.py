@@ -1,4 +1,4 @@
-"""The keys of both bands: how far they carry, how long a message takes, what is lost."""
+"""The keys of both acoustic bands: range, channel, airtime, power; and the loss of pings."""
 
 import math
 from functools import partial
@@ -34,17 +34,17 @@ RangeMetric = Literal["horizontal", "slant"]
 
 
 def modem_values(name: str, band: "type[Band]") -> dict[str, Any]:
-    """Return what a modem's sheet says of the keys of a band."""
+    """Return the values that a modem's data sheet gives for keys of a band."""
     values: dict[str, Any] = preset("modem", name).values
     if "airtimes" in values:
         values["airtimes"] = table_file(str(values["airtimes"]))
-    if "channel" in values:  # its delivery as measured
+    if "channel" in values:  # the delivery ratio as measured
         values["channel"] = PartChoice("curve", {"file": table_file(str(values["channel"]))})
     return {key: value for key, value in values.items() if key in band.model_fields}
 
 
 class Band(Part):
-    """What both bands have: a modem, and what it draws."""
+    """The keys that both bands have: modem, power, and the facts that follow from them."""
 
     modem: ModemName | None = key(
         None,
@@ -67,29 +67,30 @@ class Band(Part):
 
     @property
     def stated(self) -> dict[str, Any]:
-        """What the sheet of its modem says of its keys, if it has one."""
+        """The values that the modem's data sheet gives for keys of this band."""
         return {} if self.modem is None else modem_values(self.modem, type(self))
 
     @property
     def traits(self) -> ChannelTraits:
-        """What its channel declares."""
+        """What the band's channel declares."""
         return CHANNEL.declared(self.channel)
 
     @property
     def by_place(self) -> bool:
-        """Whether one can ask its channel by places: not one's own, nor one of named links."""
+        """Whether the channel needs positions alone: neither user-defined nor of named links."""
         return not (self.channel.is_own or self.traits.by_link)
 
     @property
     def burst_s(self) -> float | None:
-        """How long (s) signals are lost, on average; None where each is lost by itself."""
+        """The mean duration (s) of a burst of losses; None where signals are lost independently."""
         given: float | None = self.channel.settings.get("burst_s")
         return given
 
     @property
     def doppler_limit_m_per_s(self) -> float | None:
-        """How fast (m/s) ways may change over which signals are decoded: as its channel says, else
-        as the sheet of its modem does; None: as fast as they like.
+        """The highest range rate (m/s) at which signals are decoded; None without a limit.
+
+        As the channel says, else as the modem's data sheet does.
         """
         given = self.channel.settings.get("doppler_limit_m_per_s")
         if given is None and self.modem is not None:
@@ -98,16 +99,16 @@ class Band(Part):
 
     @property
     def frequency_khz(self) -> float:
-        """The centre frequency of sound whose level is known."""
+        """The centre frequency (kHz) of channels that compute sound levels."""
         sounding = CHANNEL.having(lambda traits: traits.has_levels)[0]
         usual = CHANNEL.settings[sounding].model_fields["frequency_khz"].default
         return float(self.channel.settings.get("frequency_khz", usual))
 
     def longest_path_m(self, depth: float, further_m: float = 0.0) -> float:
-        """Return the longest path (m) of a signal that is heard, between a depth (m) and the
-        surface, at its range and perhaps some metres further.
+        """Return the longest path (m) of a decoded signal between a depth (m) and the surface.
 
-        A horizontal range says nothing of the depth: sound takes the slant path.
+        `further_m` (m) is added to the range.  A horizontal range ignores the depth: sound takes
+        the slant path.
 
         >>> UplinkSection(range_m=40.0).longest_path_m(30.0)
         50.0
@@ -120,7 +121,7 @@ class Band(Part):
     @model_validator(mode="wrap")
     @classmethod
     def _filled(cls, data: Any, validate: ModelWrapValidatorHandler["Band"]) -> "Band":
-        """Let the figures of the modem stand for keys that are not given, and do not become so."""
+        """Let the modem's figures replace defaults; they do not count as given."""
         name = data.get("modem") if isinstance(data, dict) else None
         if name not in MODEMS:
             return validate(data)
@@ -152,7 +153,7 @@ class UplinkSection(Band):
 
     @property
     def beyond(self) -> str:
-        """Where nothing on the band is decoded, as ends "ASV0 is 60 m away, ..."."""
+        """Why nothing is decoded, to complete "ASV0 is 60 m away, ..."."""
         if self.channel.is_own:
             return f"where the channel {self.channel.words} lets no sound through"
         if not self.traits.ends_at_range:
@@ -200,7 +201,7 @@ class Downlink(Band):
 
 
 class Loss(Part):
-    """Why a ping in range may still not be decoded."""
+    """The loss of pings within range."""
 
     law: Literal["scaled", "paper", "thesis", "head", "none"] = key(
         "scaled",
@@ -216,7 +217,7 @@ class Loss(Part):
 
 
 class Acoustics(Part):
-    """The two acoustic bands and the loss on the uplink."""
+    """The two acoustic bands, and the loss of pings."""
 
     hf: UplinkSection = Field(default=UplinkSection(), description="uplink band")
     mf: Downlink = Field(default=Downlink(), description="downlink band")
@@ -224,5 +225,5 @@ class Acoustics(Part):
 
     @property
     def bands(self) -> dict[str, Band]:
-        """Both bands, by their names."""
+        """The bands by name, "hf" and "mf"."""
         return {"hf": self.hf, "mf": self.mf}

@@ -1,4 +1,4 @@
-"""The keys of navigation: what is wrong with dead reckoning, and how fixes correct it."""
+"""The keys of navigation: errors of dead reckoning, and how fixes correct it."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -36,7 +36,7 @@ InertialName = Annotated[
 
 
 class Drift(Part):
-    """The drift of dead reckoning as the sheet of an inertial system states it."""
+    """The drift of dead reckoning as an inertial system's data sheet states it."""
 
     preset: InertialName | None = key(
         None,
@@ -81,7 +81,7 @@ class Drift(Part):
     @model_validator(mode="wrap")
     @classmethod
     def _as_its_sheet_says(cls, data: Any, validate: ModelWrapValidatorHandler["Drift"]) -> "Drift":
-        """Let the figures of the preset stand for keys that are not given, and do not become so."""
+        """Let the preset's figures replace defaults; they do not count as given."""
         name = data.get("preset") if isinstance(data, dict) else None
         if name not in INERTIALS:
             return validate(data)
@@ -91,25 +91,25 @@ class Drift(Part):
 
     @property
     def is_stated(self) -> bool:
-        """Whether a sheet is given at all."""
+        """Whether a data sheet is given."""
         return self.percent_of_distance is not None or self.m_per_hour is not None
 
     @property
     def words(self) -> str:
-        """The sheet's own words."""
+        """The statement of the sheet in words."""
         share, rate = self.percent_of_distance, self.m_per_hour
         what = f"{rate:g} m per hour" if share is None else f"{share:g} % of distance"
         return f"{what} ({self.statistic})"
 
     def off_m(self, way: float, time: float) -> float:
-        """Return what is stated of a way (m) that takes some time (s), in m."""
+        """Return the stated error (m) after a distance `way` (m) that takes `time` (s)."""
         if self.percent_of_distance is not None:
             return self.percent_of_distance / 100.0 * way
         return (self.m_per_hour or 0.0) / SECONDS_PER_HOUR * time
 
 
 class GnssFixSection(Part):
-    """A GNSS receiver of each AUV, which has a fix while its AUV is at the surface."""
+    """The GNSS receiver of each AUV, which gives fixes while the AUV is at the surface."""
 
     depth_m: Real = key(0.5, "m", "depth down to which an AUV is at the surface", ge=0, le=100)
     sd_m: Real = key(2.0, "m", "standard deviation per axis of a fix, white noise", ge=0, le=1e3)
@@ -117,7 +117,7 @@ class GnssFixSection(Part):
 
 
 class PeersSection(Part):
-    """AUVs that range each other by messages on HF, and correct themselves by that."""
+    """AUVs that range each other by messages on HF, and correct their estimates by that."""
 
     every_s: Real = key(
         10.0, "s", "time between two messages of an AUV; AUVs take turns", ge=0.1, le=1e6
@@ -150,12 +150,12 @@ class PeersSection(Part):
 
     @property
     def traits(self) -> PeerTraits:
-        """What its kind declares."""
+        """What the kind of ranging between AUVs declares."""
         return PEERS[self.kind]
 
 
 class Navigation(Section):
-    """Dead reckoning of the AUVs and how a fix corrects it."""
+    """Dead reckoning of the AUVs, and how a fix corrects it."""
 
     MOVED: ClassVar = (
         Moved("gain", "filter", "fixed_gain"),
@@ -258,19 +258,19 @@ class Navigation(Section):
 
     @model_validator(mode="after")
     def _as_its_sheet_says(self) -> "Navigation":
-        """Leave out the paper's bias and random walk, unless given, where a sheet states both."""
+        """Let a data sheet replace the paper's bias and random walk, unless the user gave them."""
         if self.drift.is_stated:
             self.otherwise(velocity_bias_m_per_s=(0.0, 0.0), random_walk_m_per_sqrt_s=0.0)
         return self
 
     def changed(self, values: Mapping[str, Any]) -> "Navigation":
-        """Return the same with other values of some keys."""
+        """Return the section with other values of some keys."""
         given = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self).model_validate({**given, **values})
 
     @property
     def fixed_gain(self) -> FixedGain:
-        """The gain of a filter that `has_gain`, and how it compares fixes."""
+        """The settings of a filter that `has_gain`: its gain, and how it compares delayed fixes."""
         return self.filter.settings_as(FixedGain, NAVIGATOR.declared(self.filter).settings)
 
     @property

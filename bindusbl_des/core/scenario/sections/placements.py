@@ -1,6 +1,4 @@
-"""The keys of each placement: stations, vessels that are placed anew during the mission, tracks;
-and of placements of somebody's own.
-"""
+"""The keys of each placement of ASVs: stations, replanned positions, tracks, user-defined ones."""
 
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
@@ -28,34 +26,32 @@ SPEED_M_PER_S, REPLAN_S = 1.5, 10.0
 
 
 class PlacementTraits:
-    """What the program asks of a placement, whichever it is: ASVs keep station, or move."""
+    """What the program asks of a placement: do ASVs keep station, get orders, or repeat tracks?"""
 
     moves: ClassVar[bool] = False
 
     @property
     def moored(self) -> "Formation | None":
-        """Where ASVs keep station; None where they move, or somebody's own part says it."""
+        """The keys of the stations; None where ASVs move, or a user-defined part places them."""
         return None
 
     @property
     def replanned(self) -> "Placed | None":
-        """How ASVs are sent elsewhere again and again; None where they are not."""
+        """The keys of a placement that sends ASVs elsewhere during the mission; None otherwise."""
         return None
 
     @property
     def recording(self) -> "AsvTrack | None":
-        """The files that ASVs repeat; None if they repeat none."""
+        """The keys of the files that ASVs repeat; None without."""
         return None
 
     def miscounted(self, asvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield each list of places or files that is not of so many ASVs: its key, what it needs
-        one of for each, and how many it has.
-        """
+        """Yield each list that has not one entry per ASV: its key, what an entry is, its length."""
         yield from ()
 
 
 class OwnPlacement(PlacementTraits, OwnSection):
-    """Where the ASVs keep station, or go, as somebody's own function says."""
+    """A user-defined placement, which says where ASVs keep station or go."""
 
     WORD = "model"
 
@@ -82,25 +78,25 @@ class Formation(PlacementTraits, Part):
 
     @property
     def choice(self) -> PartChoice:
-        """The placement as a part of the mission."""
+        """The placement as a part."""
         return PartChoice("positions" if self.is_placed else "ring")
 
     @property
     def moored(self) -> "Formation":
-        """Where ASVs keep station."""
+        """The keys of the stations: this section."""
         return self
 
     def radius(self, hf_range_m: float) -> float:
-        """Return how far (m) from the middle a ring lies: by default HF range plus clearance."""
+        """Return the radius (m) of a ring: as given, or HF range plus clearance."""
         return hf_range_m + self.clearance_m if self.radius_m is None else self.radius_m
 
     @property
     def is_placed(self) -> bool:
-        """Whether each ASV is given its own place."""
+        """Whether each ASV has a position of its own."""
         return self.positions_m is not None or self.positions_deg is not None
 
     def misnamed(self, name: str) -> str:
-        """Say how its name contradicts what is given at the key of places; "" if it does not."""
+        """Return how `model` contradicts the key of positions, `name`; "" if it does not."""
         if self.model is None or (self.model == "positions") is self.is_placed:
             return ""
         if self.is_placed:
@@ -116,12 +112,12 @@ class Moving(PlacementTraits, Part):
 
     @property
     def choice(self) -> PartChoice:
-        """The placement as a part of the mission."""
+        """The placement as a part."""
         return PartChoice(self.MODEL)
 
 
 class Placed(Moving):
-    """ASVs that are told again and again where to go, on what the fleet knows."""
+    """ASVs that get new orders again and again, based on what the fleet knows."""
 
     speed_m_per_s: Real = key(
         SPEED_M_PER_S, "m/s", "speed of an ASV on its way", OURS, ge=0.001, le=20
@@ -131,22 +127,22 @@ class Placed(Moving):
         None, "m", "one [x, y] per ASV where it is launched; null = where it is to be at first"
     )
 
-    # How many AUVs they can be placed among; None for any number.
+    # The most AUVs that such ASVs can follow; None for any number.
     MOST_AUVS: ClassVar[int | None] = None
 
     @property
     def replanned(self) -> "Placed":
-        """How ASVs are sent elsewhere again and again."""
+        """The keys of the replanned placement: this section."""
         return self
 
     def miscounted(self, asvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield the places where ASVs are launched, if they are not one for each."""
+        """Yield the list of launch positions, if it has not one per ASV."""
         if self.start_m and len(self.start_m) != asvs:
             yield "start_m", "[x, y]", len(self.start_m)
 
 
 class Grouped(Placed):
-    """ASVs that are told to go elsewhere only where that is worth it."""
+    """ASVs that get new orders only where another placement is better by a margin."""
 
     hysteresis: Real = key(
         0.05, "1", "share by which another placement must be better to be taken", OURS, ge=0, le=1
@@ -154,7 +150,7 @@ class Grouped(Placed):
 
 
 class Ahead(Grouped):
-    """ASVs that are placed for where AUVs are going to be."""
+    """ASVs that are placed for where AUVs will be."""
 
     horizon_s: Real = key(
         10.0, "s", "how long ahead AUVs are believed to be where ASVs go", OURS, ge=0, le=1e6
@@ -162,21 +158,21 @@ class Ahead(Grouped):
 
 
 class Follow(Ahead):
-    """ASVs keep to where the fleet is, the farthest AUV as near as possible (k-centre)."""
+    """ASVs stay where the farthest AUV is as near as possible (k-centre)."""
 
-    MODEL, MOST_AUVS = "follow", 100  # which takes a tenth of a second; twice as many take seconds
+    MODEL, MOST_AUVS = "follow", 100  # these take 0.1 s to place; twice as many take seconds
     model: Literal["follow"] = "follow"
 
 
 class Assign(Ahead):
-    """Each ASV stays above the middle of AUVs of its own."""
+    """Each ASV stays above the middle of its own AUVs."""
 
     MODEL = "assign"
     model: Literal["assign"] = "assign"
 
 
 class Zigzag(Grouped):
-    """Each ASV sweeps to and fro over AUVs of its own."""
+    """Each ASV sweeps to and fro over its own AUVs."""
 
     MODEL = "zigzag"
     model: Literal["zigzag"] = "zigzag"
@@ -213,16 +209,16 @@ class AsvTrack(Moving):
 
     @property
     def sources(self) -> list[tuple[str, str]]:
-        """Its files, and which of the tracks in each is meant."""
+        """Each file with the name of the track to read from it."""
         return sources(self.files, self.tracks)
 
     @property
     def recording(self) -> "AsvTrack":
-        """The files that ASVs repeat."""
+        """The keys of the files that ASVs repeat: this section."""
         return self
 
     def miscounted(self, asvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield the files, and the names of tracks in them, that are not one for each ASV."""
+        """Yield the lists of files and of track names that have not one entry per ASV."""
         if len(self.files) != asvs:
             yield "files", "file", len(self.files)
         if self.tracks and len(self.tracks) != asvs:
@@ -230,7 +226,7 @@ class AsvTrack(Moving):
 
 
 def _placed(placement: Any) -> str:
-    """Tell how ASVs are placed: moored, moving in some way, or as somebody's own part says."""
+    """Return the tag of a placement's model: `moored`, `own`, or the name of one that moves."""
     if is_own(placement, "model"):
         return "own"
     if isinstance(placement, Moving):

@@ -1,4 +1,4 @@
-"""The keys of the protocol: who pings when, who answers how, and what the clock is."""
+"""The keys of the protocol: who pings when, how fixes travel, and what the clock is."""
 
 from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
@@ -63,7 +63,7 @@ def _relaying(value: Any) -> Any:
 
 
 class RelaySection(Part):
-    """AUVs that forward frames of fixes: which, and over how many hops."""
+    """AUVs that forward frames with fixes: which, and over how many hops."""
 
     hops: Whole = key(
         1, "1", "how often a frame is forwarded on its way, one AUV after the other", ge=1, le=4
@@ -74,7 +74,7 @@ class RelaySection(Part):
 
 
 class Protocol(Section):
-    """Who pings when, who answers how, and what the clock is."""
+    """Who pings when, how fixes are sent, and what the clock is."""
 
     MOVED: ClassVar = (
         Moved("reply", "downlink", "direct_reply"),
@@ -199,59 +199,60 @@ class Protocol(Section):
 
     @property
     def exchanges(self) -> bool:
-        """Whether AUVs answer or forward frames, or ASVs repeat fixes."""
+        """Whether AUVs acknowledge or forward frames, or ASVs repeat fixes."""
         asked = (self.acknowledge, self.repeat, self.relay) != ("none", "none", None)
         return asked and not self.asvs_ping
 
     @property
     def sends_auv_frames(self) -> bool:
-        """Whether AUVs send frames on MF: they forward them, or acknowledge by them."""
+        """Whether AUVs send frames on MF, to forward or to acknowledge."""
         return self.acknowledge == "frame" or self.relay is not None
 
     @property
     def most_repeats(self) -> int | None:
-        """How many more times a fix is broadcast; None: until it is acknowledged."""
+        """The number of further broadcasts of a fix; None: until the AUV acknowledges it."""
         if self.repeat == UNTIL_ACKNOWLEDGED:
             return None
         return 0 if self.repeat == "none" else int(self.repeat)
 
     def relays(self, auvs: int) -> tuple[int, ...]:
-        """Return which of so many AUVs forward frames, in the order in which they do."""
+        """Return the numbers of the AUVs, of `auvs` in all, that forward frames, in their order."""
         if self.relay is None:
             return ()
         return tuple(range(auvs)) if self.relay.who == "all" else tuple(sorted(self.relay.who))
 
     @property
     def answer(self) -> AnswerSettings:
-        """How pings are answered, by a downlink that `replies`."""
+        """The settings of a downlink that `replies`: how it answers pings."""
         answer: AnswerSettings = settings_with(DOWNLINK, self.downlink, "reply")
         return answer
 
     @property
     def turnaround_s(self) -> float:
-        """How long (s) AUVs take to answer a call."""
+        """The time (s) from a call's arrival at an AUV to its answer."""
         return float(settings_with(RANGING, self.ranging, "turnaround_s").turnaround_s)
 
     @property
     def dissemination(self) -> DisseminationSettings:
-        """How AUVs are told their slots, where frames name them."""
+        """The settings of a knowledge whose frames tell AUVs their slots."""
         told: DisseminationSettings = settings_with(KNOWLEDGE, self.knowledge, "missed")
         return told
 
     @property
     def asvs_ping(self) -> bool:
-        """Whether ASVs ping and AUVs fix themselves."""
+        """Whether ASVs ping and AUVs locate themselves (passive ranging)."""
         return RANGING.declared(self.ranging).asvs_ping
 
     @property
     def random_access(self) -> bool:
-        """Whether AUVs ping as they like: nobody gives them slots, and no round waits for them."""
+        """Whether AUVs ping without slots, by a program of their own."""
         return self.scheduling.access != "slots" and not self.asvs_ping
 
     @property
     def scheduling(self) -> ScheduleTraits:
-        """What the schedule declares; where AUVs run a program, that they ping as they like: by no
-        known law where ASVs acknowledge pings, or AUVs repeat them.
+        """What the schedule declares; for AUVs that run a program, the law of the program.
+
+        The law is `program`, that is unknown, where ASVs acknowledge pings or AUVs repeat them.
         """
         traits, law = SCHEDULE.declared(self.schedule), ACCESS.declared(self.access).law
         if law != "slots":
@@ -263,9 +264,9 @@ class Protocol(Section):
 
     @property
     def program(self) -> PartChoice:
-        """The program by which each AUV pings as it likes; `scheduled` where it does not.
+        """The program by which each AUV pings without slots; `scheduled` with slots.
 
-        A schedule may be one, too (`aloha`): it has its settings.
+        A schedule may be such a program (`aloha`), whose settings it then has.
         """
         if self.asvs_ping:
             return PartChoice("scheduled")
@@ -275,18 +276,19 @@ class Protocol(Section):
         return PartChoice(named, self.schedule.settings if named == self.schedule else None)
 
     def _asked_of_program(self, setting: str) -> bool:
-        """Whether a program that ships is given a setting."""
+        """Tell whether a shipped program has a setting that is not 0."""
         return not self.program.is_own and bool(self.program.settings.get(setting))
 
     @property
     def acknowledges_pings(self) -> bool:
-        """Whether ASVs acknowledge the pings of a program that ships."""
+        """Whether ASVs acknowledge the pings of a shipped program."""
         return self._asked_of_program("acknowledgement_bytes")
 
     @property
     def signals(self) -> bool:
-        """Whether vehicles may send signals beside pings, by their programs: one's own always may,
-        whether or not it is loaded where its tables are read.
+        """Whether the programs of vehicles may send signals beside pings.
+
+        A user-defined program always may, even where it is not loaded.
         """
         traits = ACCESS.declared(self.program)
         own = self.program.is_own or traits.signals
@@ -294,12 +296,12 @@ class Protocol(Section):
 
     @property
     def rule(self) -> PartChoice:
-        """What decides who pings when: a program of AUVs, or the schedule."""
+        """The part that decides who pings when: the AUVs' program, or the schedule."""
         return self.program if self.random_access else self.schedule
 
     @property
     def replies(self) -> bool:
-        """Whether each ping is answered by itself."""
+        """Whether an ASV answers each ping by itself."""
         return DOWNLINK.declared(self.downlink).replies and not self.asvs_ping
 
     @property
@@ -309,12 +311,12 @@ class Protocol(Section):
 
     @property
     def replies_in_frames(self) -> bool:
-        """Whether each ping is answered by a frame of its own."""
+        """Whether an ASV answers each ping by a frame of its own."""
         return self.replies and self.answer.takes_airtime
 
     @property
     def deafens_asvs(self) -> bool:
-        """Whether an ASV hears no ping while it sends a frame: one that answers never does."""
+        """Whether an ASV hears no ping while it sends a frame; true where frames are answers."""
         return self.duplex == "per_node" or self.replies_in_frames
 
     @property
@@ -325,10 +327,10 @@ class Protocol(Section):
 
     @property
     def pinging(self) -> str:
-        """Which vehicles ping: "auv" or "asv", and so the column that names them."""
+        """The vehicles that ping, "auv" or "asv": also the column with their numbers."""
         return "asv" if self.asvs_ping else "auv"
 
     @property
     def listening(self) -> str:
-        """Which vehicles hear pings: "auv" or "asv", and so the column that names them."""
+        """The vehicles that hear pings, "auv" or "asv": also the column with their numbers."""
         return "auv" if self.asvs_ping else "asv"

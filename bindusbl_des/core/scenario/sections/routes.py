@@ -1,6 +1,4 @@
-"""The keys of each kind of route: lanes over the survey, places to hold, way points, tracks; and of
-routes of somebody's own: sections whose other keys are the part's settings.
-"""
+"""The keys of each kind of route: lanes, held positions, waypoints, tracks, user-defined routes."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -35,7 +33,7 @@ from ..part_choice import PartChoice
 
 
 class OwnSection(BaseModel):
-    """A part named ``module:object`` at one of the section's keys, `WORD`; the others set it."""
+    """A section that names a user-defined part at its key `WORD`; its other keys are settings."""
 
     WORD: ClassVar[str]
 
@@ -62,22 +60,23 @@ class OwnSection(BaseModel):
 
 
 def is_own(section: Any, word: str) -> bool:
-    """Tell whether a section names somebody's own part at one of its words."""
+    """Tell whether a section names a user-defined part at the key `word`."""
     if isinstance(section, OwnSection):
         return True
     name = section.get(word) if isinstance(section, Mapping) else None
     return callable(name) or (isinstance(name, str) and is_plugin(name))
 
 
-# What becomes of degrees about a known origin.
+# A function from positions (latitude, longitude, deg) to points x, y (m).
 InMetres = Callable[[tuple[Position, ...]], tuple[Point, ...]]
 
 
 class RouteTraits:
-    """What the program asks of a route, whichever it is: AUVs fly paths that are planned
-    (`is_flown`), lie still (`is_held`), or repeat what was recorded (`is_recorded`).
+    """What the program asks of a route.
 
-    Where it gives places, `PLACES` is their key, without the unit.
+    AUVs fly planned paths (`is_flown`), hold positions (`is_held`), or repeat tracks
+    (`is_recorded`). `PLACES` is the key of the route's positions, without the unit; "" without
+    positions.
     """
 
     PLACES: ClassVar[str] = ""
@@ -87,69 +86,67 @@ class RouteTraits:
 
     @property
     def lanes(self) -> "Lawnmower | None":
-        """How the survey is swept in lanes; None if it is not."""
+        """The keys of the lanes that sweep the survey; None without lanes."""
         return None
 
     @property
     def recording(self) -> "Track | None":
-        """The files that AUVs repeat; None if they repeat none."""
+        """The keys of the files that AUVs repeat; None without."""
         return None
 
     @property
     def surfacing(self) -> "Flown | None":
-        """How AUVs break off to come up to the surface; None if they do not."""
+        """The keys of ascents to the surface; None without."""
         return None
 
     @property
     def is_rounded(self) -> bool:
-        """Whether AUVs turn inside the corners of their ways, and not over each place."""
+        """Whether AUVs cut the corners of their route instead of passing over each point."""
         return False
 
     @property
     def places_key(self) -> str:
-        """The key that gives places."""
+        """The key of the route's positions, with the unit."""
         return f"{self.PLACES}_{'deg' if self.positions else 'm'}"
 
     @property
     def places(self) -> tuple[tuple[Point, ...], ...]:
-        """Per AUV the places, [x, y] in m, that it goes to or holds, if the route gives any."""
+        """For each AUV its waypoints, or the position it holds, [x, y] in m; else empty."""
         return ()
 
     @property
     def positions(self) -> tuple[tuple[Position, ...], ...]:
-        """Per AUV the same as [lat, lon] in deg, where they are given so."""
+        """For each AUV the same as [lat, lon] in deg, where given so; else empty."""
         return ()
 
     def in_metres(self, metres: InMetres) -> Self:
-        """Return the route with its places in metres."""
+        """Return the route with its positions in metres."""
         return self
 
     def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield each list of places or files that is not of so many AUVs: its key, what it needs
-        one of for each, and how many it has.
-        """
+        """Yield each list that has not one entry per AUV: its key, what an entry is, its length."""
         yield from ()
 
 
 class OwnRoute(RouteTraits, OwnSection):
-    """Where the AUVs go, as somebody's own function says."""
+    """A user-defined route."""
 
     WORD = "kind"
 
 
 class Planned(RouteTraits, Part):
-    """A kind of route that ships."""
+    """A shipped kind of route."""
 
     kind: str
 
     @property
     def choice(self) -> PartChoice:
-        """The route as a part of the mission."""
+        """The route as a part."""
         return PartChoice(self.kind)
 
 
 class Flown(Planned):
-    """A kind of route that AUVs fly along paths, and may leave to come up to the surface."""
+    """A kind of route that AUVs fly along paths; they may leave it to surface."""
 
     surface_every_s: Real | None = key(
         None,
@@ -168,12 +165,12 @@ class Flown(Planned):
 
     @property
     def surfacing(self) -> "Flown | None":
-        """How AUVs break off to come up to the surface; None if they do not."""
+        """The keys of ascents to the surface; None without."""
         return None if self.surface_every_s is None else self
 
 
 class Lawnmower(Flown):
-    """Boustrophedon lanes along x, or another heading, AUV0 at the lowest y across them."""
+    """Boustrophedon lanes, along x or another heading; AUV0 has the lowest y across them."""
 
     is_flown: ClassVar[bool] = True
 
@@ -215,12 +212,12 @@ class Lawnmower(Flown):
 
     @property
     def lanes(self) -> "Lawnmower":
-        """How the survey is swept in lanes."""
+        """The keys of the lanes: this section."""
         return self
 
 
 class Hold(Planned):
-    """Vehicles hold still at given positions, heading along +x."""
+    """AUVs hold given positions, heading along +x."""
 
     PLACES: ClassVar[str] = "positions"
     is_held: ClassVar[bool] = True
@@ -233,21 +230,21 @@ class Hold(Planned):
 
     @property
     def places(self) -> tuple[tuple[Point, ...], ...]:
-        """Per AUV the place, [x, y] in m, that it holds."""
+        """For each AUV the position that it holds, [x, y] in m."""
         return tuple((place,) for place in self.positions_m)
 
     @property
     def positions(self) -> tuple[tuple[Position, ...], ...]:
-        """Per AUV the same as [lat, lon] in deg, where it is given so."""
+        """For each AUV the same as [lat, lon] in deg, where given so."""
         return tuple((position,) for position in self.positions_deg)
 
     def in_metres(self, metres: InMetres) -> Self:
-        """Return the route with its places in metres."""
+        """Return the route with its positions in metres."""
         given = {"positions_m": metres(self.positions_deg), "positions_deg": ()}
         return self.model_copy(update=given)
 
     def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield the places, if they are not one for each AUV."""
+        """Yield the list of positions, if it has not one per AUV."""
         name, each, given = "positions_m", "[x, y]", len(self.positions_m)
         if self.positions_deg:
             name, each, given = "positions_deg", "[lat, lon]", len(self.positions_deg)
@@ -255,7 +252,7 @@ class Hold(Planned):
             yield name, each, given
 
 
-# What `files` are: one key of two kinds of routes.
+# The description of `files`, a key of two kinds of routes.
 RECORDED_OR_DRAWN = (
     "tracks, one per AUV: CSV with columns time_s, x_m, y_m (or lat_deg, lon_deg), depth_m, GPX or "
     "MCAP; of waypoints, instead of points, charts that together hold a line for each AUV: GPX (a "
@@ -265,8 +262,9 @@ RECORDED_OR_DRAWN = (
 
 
 class Waypoints(Flown):
-    """Each AUV follows its own list of waypoints along Dubins curves, there and back; or a line of
-    a chart, which it follows inside its corners, as autopilots do.
+    """Each AUV follows its waypoints along Dubins curves, there and back; or a line of a chart.
+
+    Along a line of a chart it cuts the corners, as autopilots do.
     """
 
     PLACES: ClassVar[str] = "points"
@@ -291,7 +289,7 @@ class Waypoints(Flown):
         _routes(files, others.data.get("crs"), others.data.get("routes", ()))
         return files
 
-    # The points, latitude and longitude (deg), of the files' lines.
+    # The points of the lines in the files: latitude and longitude (deg).
     _routes_deg: tuple[tuple[Position, ...], ...] = ()
 
     @model_validator(mode="after")
@@ -303,33 +301,33 @@ class Waypoints(Flown):
 
     @property
     def is_rounded(self) -> bool:
-        """Whether AUVs turn inside the corners of their ways, and not over each place."""
+        """Whether AUVs cut the corners of their route instead of passing over each point."""
         return bool(self.files)
 
     @property
     def places_key(self) -> str:
-        """The key that gives places."""
+        """The key of the waypoints, with the unit; or `files`."""
         return "files" if self.files else super().places_key
 
     @property
     def places(self) -> tuple[tuple[Point, ...], ...]:
-        """Per AUV the places, [x, y] in m, that it goes to."""
+        """For each AUV its waypoints, [x, y] in m."""
         return self.points_m
 
     @property
     def positions(self) -> tuple[tuple[Position, ...], ...]:
-        """Per AUV the same as [lat, lon] in deg, where they are given so."""
+        """For each AUV the same as [lat, lon] in deg, where given so."""
         return self._routes_deg or self.points_deg
 
     def in_metres(self, metres: InMetres) -> Self:
-        """Return the route with its places in metres."""
+        """Return the route with its waypoints in metres."""
         given = {"points_m": tuple(map(metres, self.positions)), "points_deg": ()}
         found = self.model_copy(update=given)
         found._routes_deg = ()
         return found
 
     def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield the lists of points, if they are not one for each AUV."""
+        """Yield the list of routes, if it has not one per AUV."""
         given = len(self.positions or self.points_m)
         if given != auvs:
             yield self.places_key, "line" if self.files else "list of points", given
@@ -338,7 +336,7 @@ class Waypoints(Flown):
 def _routes(
     files: tuple[str, ...], crs: str | None, names: tuple[str, ...]
 ) -> tuple[tuple[Position, ...], ...]:
-    """Return the lines of charts, one after the other, or those that are named."""
+    """Return the lines of charts, all or those named, as latitude and longitude (deg)."""
     from ....models.charts.areas import named_route, read_routes  # which other routes do not need
 
     try:
@@ -361,16 +359,16 @@ class Track(Planned):
 
     @property
     def sources(self) -> list[tuple[str, str]]:
-        """Its files, and which of the tracks in each is meant."""
+        """Each file with the name of the track to read from it."""
         return sources(self.files, self.tracks)
 
     @property
     def recording(self) -> "Track":
-        """The files that AUVs repeat."""
+        """The keys of the files that AUVs repeat: this section."""
         return self
 
     def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
-        """Yield the files, and the names of tracks in them, that are not one for each AUV."""
+        """Yield the lists of files and of track names that have not one entry per AUV."""
         if self.tracks and len(self.tracks) != auvs:
             yield "tracks", "name", len(self.tracks)
         if len(self.files) != auvs:
@@ -378,7 +376,7 @@ class Track(Planned):
 
 
 def _kind(route: Any) -> Any:
-    """Tell the family of a route; a route that does not say is a lawnmower."""
+    """Return the tag of a route's kind; by default `lawnmower`."""
     if is_own(route, "kind"):
         return "own"
     if isinstance(route, dict):

@@ -1,6 +1,4 @@
-"""The keys of the survey: where the AUVs work, and how long a mission lasts: a number of seconds,
-or until its survey is flown.
-"""
+"""The keys of the survey: area, land, depth; and the duration of a mission."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -32,7 +30,7 @@ Polygons = Annotated[
     Discriminator(lambda value: "file" if isinstance(value, str) else "polygons"),
 ]
 
-# Keys each of which says what the area is; the first of them unless another is given.
+# The keys that define the area: exactly one applies, by default the first.
 SHAPES = ("side_m", "size_m", "polygon_m", "polygon_deg", "area")
 
 
@@ -41,7 +39,7 @@ CHARTS = ("area", "land", "keep_out")
 
 
 class Survey(Part):
-    """The area of sea to be surveyed, a square, rectangle or polygon, and the depth to fly at."""
+    """The area to be surveyed, a square, rectangle or polygon, and the depth of the AUVs."""
 
     side_m: Real | None = key(
         140.0, "m", "side L of the square survey area; null with another shape", PAPER, ge=0.1,
@@ -96,7 +94,7 @@ class Survey(Part):
         "the spacing of the lanes",
     )
 
-    # Polygons by their keys, latitude and longitude (deg), as they were given or read
+    # The polygons of each key, latitude and longitude (deg), as given or read from a chart
     _charted: Mapping[str, tuple[PositionRings, ...]] = PrivateAttr(default_factory=dict)
 
     @field_validator("area", "land", "keep_out")
@@ -108,7 +106,7 @@ class Survey(Part):
 
     @model_validator(mode="after")
     def _one_shape(self) -> "Survey":
-        """Let another shape replace the square that nobody has asked for."""
+        """Let another shape replace the default square, and read charts."""
         given = [name for name in SHAPES[1:] if getattr(self, name) is not None]
         if given and "side_m" not in self.model_fields_set:
             self.__dict__["side_m"] = None
@@ -122,33 +120,35 @@ class Survey(Part):
 
     @property
     def corners_deg(self) -> tuple[Position, ...]:
-        """The corners of the polygon, latitude and longitude (deg); none of an area in metres."""
+        """The corners of the area, latitude and longitude (deg); none of an area in metres."""
         area = self.charted("area")
         return area[0][0] if area else ()
 
     def charted(self, name: str) -> tuple[PositionRings, ...]:
-        """Return the polygons at a key, `area`, `land` or `keep_out`, each its corners and those of
-        each hole in it, latitude and longitude (deg); none that are in metres.
+        """Return the polygons in degrees at a key: `area`, `land` or `keep_out`.
+
+        Each is its corners and those of its holes, latitude and longitude (deg).  Polygons given in
+        metres are left out.
         """
         return self._charted.get(name, ())
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """The keys that say what the area is; one of them, or the scenario is refused."""
+        """The keys given that define the area; a scenario with any number but one is refused."""
         return tuple(name for name in SHAPES if getattr(self, name) is not None)
 
     @property
     def deepest(self) -> float:
-        """The greatest depth at which an AUV flies (m)."""
+        """The greatest depth (m) of an AUV by these keys."""
         return max(self.depths_m) if self.depths_m else self.depth_m
 
     def depth(self, auv: int) -> float:
-        """Return the depth at which an AUV flies (m)."""
+        """Return the depth (m) of an AUV by these keys."""
         return self.depths_m[auv] if self.depths_m else self.depth_m
 
 
 def _read(key: str, file: str, others: Mapping[str, Any]) -> tuple[PositionRings, ...]:
-    """Return the polygons of the chart at a key, by what others say of it."""
+    """Return the polygons in the chart at a key; `others` holds the keys `crs` and `area_name`."""
     from ....models.charts.areas import read_land, read_rings  # not for other surveys
 
     crs, name = others.get("crs") or "", others.get("area_name") or ""
@@ -163,9 +163,9 @@ SHORTEST_S, LONGEST_S = 0.001, 1e7
 
 
 class SurveyEnd(float):
-    """The length of a mission (s) that ends with its survey; in a file it is the word `survey`.
+    """The duration (s) of a mission that ends with its survey; in a file, the word `survey`.
 
-    It is not a number until the survey is planned.
+    It is NaN until the survey is planned.
     """
 
 

@@ -1,4 +1,6 @@
-"""The key `usbl.array`: a hydrophone array that has a name, or the places of one's own elements."""
+"""The keys of the USBL: array, noise, lasting errors, data sheet.  With passive ranging AUVs carry
+it.
+"""
 
 from collections.abc import Sequence
 from functools import partial
@@ -22,21 +24,20 @@ from ..key_types import PAPER, THESIS, Part, Real, key, known_preset
 from ..part_choice import SET, PartChoice
 from ..shipped_settings import Datasheet
 
-# An array that reaches less than this share of its size out of some plane cannot tell one side of
-# that from the other.
+# An array thinner than this share of its size cannot tell one side of its plane from the other.
 FLAT = 0.03
 
-# The greatest distance (m) between two elements of arrays that have a name
+# The greatest distance (m) between two elements of each named array
 NAMED_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
 
-# Elements of an array of one's own, and how far (m) from its vessel's place they may be.
+# Limits of a user's array: number of elements, and their distance (m) from the vessel's origin.
 FEWEST_ELEMENTS, MOST_ELEMENTS, FARTHEST_M = 4, 64, 10.0
 
 Element = tuple[float, float, float]
 
 
 def _array(value: Any) -> str | tuple[Element, ...]:
-    """Return an array by its name, or the places of its elements, which no plane has."""
+    """Return the name of an array, or its element positions (m), which must not lie in a plane."""
     if isinstance(value, str):
         if value in NAMED_SIZES_M:
             return value
@@ -106,10 +107,11 @@ ArrayChoice = Annotated[
 
 
 def thickness(places: Sequence[Element]) -> float:
-    """Return how far elements reach out of the plane that they lie in best, over their extent in it
-    (standard deviations).
+    """Return the extent of elements out of their best plane, over that along its main axis.
+
+    Both extents are standard deviations; `places` are x, y, z (m).
     """
-    import numpy as np  # which arrays that have a name do not need
+    import numpy as np  # named arrays do not need it
 
     sizes = np.linalg.svd(np.array(places) - np.mean(places, axis=0), compute_uv=False)
     return float(sizes[-1] / sizes[0]) if sizes[0] > 0.0 else 0.0
@@ -122,18 +124,16 @@ def size_m(array: str | Sequence[Element]) -> float:
     return max(dist(one, other) for one in array for other in array)
 
 
-# The keys of the USBL: what ASVs measure with, and all that is wrong with it.
-#
-# With passive ranging AUVs measure with it.
+# The section `usbl`.
 
 
 USBLS = [entry.name for entry in CATALOGUE["usbl"]]
 
-# The AHRS, of which a sheet's figures have their share already
+# Keys of the AHRS, whose errors a data sheet's figures already contain
 AHRS = ("roll_sd_deg", "pitch_sd_deg", "heading_sd_deg")
 
 
-# What a USBL is installed with, and the keys of what that errs by
+# What a USBL is installed with, and the keys of the errors of that
 INSTALLED = {
     "compass": ("heading_sd_deg",),
     "GNSS": ("gnss_sd_m", "gnss_correlated_sd_m"),
@@ -155,7 +155,7 @@ UsblName = Annotated[
 
 
 def usbl_values(name: str) -> dict[str, Any]:
-    """Return what the preset of a USBL says of the keys here: those of its array, or its sheet."""
+    """Return the values that a USBL's preset gives for keys of this section."""
     values = preset("usbl", name).values
     sheet = {key: value for key, value in values.items() if key in Datasheet.model_fields}
     rest = {key: value for key, value in values.items() if key not in sheet}
@@ -163,7 +163,7 @@ def usbl_values(name: str) -> dict[str, Any]:
 
 
 class UsblSection(Part):
-    """The hydrophone array and the errors of what it measures."""
+    """The hydrophone array, and the errors of its measurements."""
 
     preset: UsblName | None = key(
         None,
@@ -240,8 +240,9 @@ class UsblSection(Part):
     def _as_its_sheet_says(
         cls, data: Any, validate: ModelWrapValidatorHandler["UsblSection"]
     ) -> "UsblSection":
-        """Let the figures of the preset stand for keys that are not given, and do not become so;
-        and an AHRS that is not given add nothing to a sheet.
+        """Let the preset's figures replace defaults; they do not count as given.
+
+        A data sheet contains the errors of the AHRS, which are then 0 unless given.
         """
         name = data.get("preset") if isinstance(data, dict) else None
         usbl = validate({**usbl_values(name), **data} if name in USBLS else data)
@@ -253,9 +254,7 @@ class UsblSection(Part):
 
     @property
     def taken_for_perfect(self) -> dict[str, tuple[str, ...]]:
-        """What a USBL by its name is installed with and errs by nothing, though neither its preset
-        nor the user says so, each with the keys that would say it.
-        """
+        """What a preset USBL is installed with and no key gives an error of, with those keys."""
         if self.preset is None:
             return {}
         known = preset("usbl", self.preset)

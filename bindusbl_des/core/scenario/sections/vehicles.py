@@ -1,4 +1,4 @@
-"""The keys of both fleets: how many, which models, where they go and keep station, which fail."""
+"""The keys of both fleets: number, vehicle models, routes, stations, failures, groups."""
 
 import math
 from collections import Counter
@@ -22,10 +22,11 @@ from .survey import Survey
 
 @dataclass(frozen=True)
 class VehicleChoice:
-    """A vehicle model by name, and the coefficients that differ from its published ones.
+    """A vehicle model by name, with coefficients that differ from the published ones.
 
     In a file it is the name, or a mapping: ``{model: remus100, yaw_time_constant_s: 5}``.  `part`
-    is a vehicle with settings: one without dynamics, or somebody's own, named ``module:object``.
+    is a vehicle with settings: one without dynamics, or a user-defined one, named
+    ``module:object``.
     """
 
     MODELS: ClassVar[Mapping[str, HullTraits]] = {}
@@ -39,17 +40,17 @@ class VehicleChoice:
 
     @property
     def own(self) -> PartChoice | None:
-        """The vehicle where it is somebody's own."""
+        """The vehicle as a part if it is user-defined; else None."""
         return self.part if self.part is not None and self.part.is_own else None
 
     @property
     def choice(self) -> PartChoice:
-        """The vehicle as a part of the mission."""
+        """The vehicle as a part."""
         return self.part or PartChoice(self.model)
 
     @property
     def is_steered(self) -> bool:
-        """Whether it goes as planned, but not exactly: by equations of motion, or somebody's."""
+        """Whether the vehicle only roughly follows its plan: by dynamics, or as user-defined."""
         return self.has_dynamics or self.own is not None
 
     @property
@@ -59,14 +60,15 @@ class VehicleChoice:
 
     @property
     def top_speed(self) -> float:
-        """How fast (m/s) it goes through still water at full command, straight ahead."""
+        """The speed (m/s) straight ahead through still water at full command."""
         from ...vehicles.guidance.departure import top_speed
 
         return top_speed(self.model, dict(self.coefficients))
 
     def carried_away(self, speeds: Sequence[float], current: float) -> tuple[int, str] | None:
-        """Return the first of such vehicles that a current (m/s) would carry away, and why; None
-        if they make headway at the speeds (m/s) that are asked of them.
+        """Return the first vehicle (index) that a current (m/s) carries away, and why; else None.
+
+        `speeds` (m/s) are those asked of the vehicles.
         """
         from ...vehicles.guidance.departure import too_strong
 
@@ -74,7 +76,7 @@ class VehicleChoice:
 
     @classmethod
     def read(cls, value: Any) -> Self:
-        """Return the choice that a file's value stands for.
+        """Return the choice that a value of a file means.
 
         Raises:
             PydanticCustomError: naming the rule, the value and the remedy.
@@ -93,7 +95,7 @@ class VehicleChoice:
             )
         model = cls._known(value["model"])
         changes = {str(name): number for name, number in value.items() if name != "model"}
-        if not cls.MODELS[model].has_dynamics:  # and so no coefficients
+        if not cls.MODELS[model].has_dynamics:  # nor coefficients
             return cls(
                 model, part=PartChoice.read({**value, "model": model}, str) if changes else None
             )
@@ -126,7 +128,7 @@ class VehicleChoice:
         return name
 
     def plain(self) -> "str | dict[str, Any]":
-        """Return the choice as it is written in a file."""
+        """Return the choice as a file has it."""
         if self.part is not None:
             return self.part.plain()
         return {"model": self.model, **dict(self.coefficients)} if self.coefficients else self.model
@@ -177,9 +179,9 @@ Instant = Annotated[Real, Field(ge=0, le=1e9)]
 
 
 class Failure(Part):
-    """An ASV that from an instant on neither hears, calls nor broadcasts, for good or for a time.
+    """A failure of an ASV: it neither hears, calls nor broadcasts, for a time or for good.
 
-    It stays where it keeps station.
+    The ASV stays at its station.
     """
 
     asv: Whole = Field(
@@ -197,7 +199,7 @@ class Failure(Part):
     )
 
     def lasts(self, time: float) -> bool:
-        """Tell whether it has failed, and not come back, at an instant (s)."""
+        """Tell whether the ASV is failed at an instant (s)."""
         return self.at_s <= time and (self.until_s is None or time < self.until_s)
 
 
@@ -206,7 +208,7 @@ Late = Annotated[Real, Field(ge=0, le=10)]
 
 
 class Auvs(Section):
-    """The underwater vehicles: how many, what they are, where they go."""
+    """The underwater vehicles: how many, which model, where they go."""
 
     MOVED: ClassVar = (Moved("turning_radius_m", "vehicle", "kinematic"),)
 
@@ -268,7 +270,7 @@ class Auvs(Section):
 
     @property
     def words(self) -> str:
-        """What they are in a word: their model, or how many are of which."""
+        """The vehicle model in words, or how many AUVs are of which model."""
         counts = Counter[str]()
         for group in self.groups:
             counts[str(group.vehicle or self.vehicle)] += group.count
@@ -278,14 +280,14 @@ class Auvs(Section):
 
     @model_validator(mode="after")
     def _counted(self) -> Self:
-        """Let groups say how many AUVs there are, unless that is given."""
+        """Set the number of AUVs to that of the groups, unless it is given."""
         if self.groups:
             self.otherwise(count=sum(group.count for group in self.groups))
         return self
 
 
 def _as_of(section: type[Part], name: str) -> Any:
-    """Describe a key of a group: that of a section, null unless it is given."""
+    """Return the field of a group for a key of `section`; its default, null, means as for all."""
     of = section.model_fields[name]
     bounds = {
         sign: getattr(limit, sign)
@@ -302,7 +304,7 @@ def _as_of(section: type[Part], name: str) -> Any:
 
 
 class AuvGroup(Part):
-    """AUVs of a fleet that are alike; what is null is as it is for all AUVs."""
+    """Equal AUVs of a fleet; a null key has the value for all AUVs."""
 
     count: Whole = Field(
         ge=1,
@@ -343,12 +345,12 @@ class Asvs(Part):
 
     @property
     def words(self) -> str:
-        """What they are in a word: their model, or how they move."""
+        """The vessel model in words, or how the ASVs move."""
         placement = self.formation
         return placement.choice if placement.moves else str(self.vehicle)
 
     def alive(self, time: float) -> tuple[bool, ...]:
-        """Return which ASVs work at an instant (s), in the order of their numbers."""
+        """Return for each ASV whether it works at an instant (s)."""
         failed = {failure.asv for failure in self.failures if failure.lasts(time)}
         return tuple(asv not in failed for asv in range(self.count))
 
