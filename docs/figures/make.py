@@ -101,7 +101,7 @@ def photograph_plan(path: Path) -> None:
     """Take the picture of a plan's page: the chart with the answer on it, and each AUV."""
     with opened(path) as page:
         page.wait_for_timeout(200)
-        cut(page, "#worst", "#field-scale", FOLDER / "plan.png")
+        cut(page, "#chart .controls", "#field-scale", FOLDER / "plan.png")
 
 
 @contextmanager

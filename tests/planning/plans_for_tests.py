@@ -9,7 +9,7 @@ import numpy as np
 from predicted_for_tests import inputs_of, predict
 from toy_selections import Choice, Goal
 
-from bindusbl_des import Scenario, formation, load_scenario, simulate
+from bindusbl_des import Scenario, Setup, formation, load_scenario, simulate
 from bindusbl_des.apps.campaigns.statistics.intervals import interval
 from bindusbl_des.apps.planning.plan_page import chart_of, plan_page
 from bindusbl_des.apps.planning.prediction.inputs import STATED_ERROR, Inputs
@@ -21,9 +21,33 @@ from bindusbl_des.apps.planning.teams import Team
 
 # What tests of this room share of it, named once
 __all__ = [
-    "ATTACK", "FIELDS", "GOAL", "STATED_ERROR", "Asking", "Choice", "Estimate", "Goal", "Inputs",
-    "Record", "Selection", "Team", "Turns", "attacked", "base", "chart_of", "error_map", "flown",
-    "inputs_of", "interval", "plan_page", "predict", "read_plan", "record", "select", "team",
+    "ATTACK",
+    "FIELDS",
+    "GOAL",
+    "STATED_ERROR",
+    "Asking",
+    "Choice",
+    "Estimate",
+    "Goal",
+    "Inputs",
+    "Record",
+    "Selection",
+    "Team",
+    "Turns",
+    "attacked",
+    "base",
+    "chart_of",
+    "drawn",
+    "error_map",
+    "flown",
+    "inputs_of",
+    "interval",
+    "plan_page",
+    "predict",
+    "read_plan",
+    "record",
+    "select",
+    "team",
     "team_in",
 ]  # fmt: skip
 
@@ -56,9 +80,7 @@ def team(keys: Record) -> list[list[float]]:
 
 def flown(scenario: Scenario, stations: Sequence[Sequence[float]], seeds: int) -> Record:
     """Return the worst AUV's goal metric over missions with each of so many seeds."""
-    asvs = {"count": len(stations), "formation": {"positions_m": stations}}
-    data = scenario.model_dump(mode="json") | {"asvs": asvs}
-    missions = [simulate(Scenario.model_validate(data), seed).mission for seed in range(seeds)]
+    missions = [simulate(moored(stations, scenario), seed).mission for seed in range(seeds)]
     found = interval([float(it[f"worst_{GOAL['metric']}"].iloc[0]) for it in missions])
     low, high = (None if not math.isfinite(it) else it for it in (found.low, found.high))
     return {"missions": seeds, "mean": [found.mean], "low": [low], "high": [high]}
@@ -110,6 +132,21 @@ def record(seeds: int = 3, auvs: int = 3) -> Record:
         ],
         "prediction_error": {GOAL["metric"]: {"median": 0.1, "p90": 0.4}},
     }  # fmt: skip
+
+
+def drawn(scenario: Scenario | None = None) -> Record:
+    """Return what the page draws of the teams that were flown; of a scenario in place of all."""
+    flown = [n for n, it in enumerate(record()["candidates"]) if it["simulated"]]
+    if scenario is not None:
+        return chart_of({n: Setup(scenario) for n in flown})
+    return chart_of({n: Setup(moored(record()["candidates"][n]["stations"])) for n in flown})
+
+
+def moored(stations: Sequence[Sequence[float]], scenario: Scenario | None = None) -> Scenario:
+    """Return a scenario, or that which vessels are sought for, with vessels at stations."""
+    asvs = {"count": len(stations), "formation": {"positions_m": stations}}
+    data = (scenario or base()).model_dump(mode="json")
+    return Scenario.model_validate(data | {"asvs": asvs})
 
 
 def _guess(scenario: Scenario, stations: Sequence[Sequence[float]]) -> float:

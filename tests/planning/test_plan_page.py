@@ -1,23 +1,35 @@
 """The page of a plan as text: the answer, what was simulated and what if, whatever is missing."""
 
 import copy
-import json
 from typing import Any
 
 import pytest
-from plans_for_tests import GOAL, attacked, base, chart_of, inputs_of, plan_page, record
+from plans_for_tests import (
+    GOAL,
+    attacked,
+    base,
+    chart_of,
+    drawn,
+    inputs_of,
+    moored,
+    plan_page,
+    predict,
+    record,
+)
 from policy_for_tests import Parsed, assert_allows_its_own_alone
 
 from bindusbl_des import Setup
-from bindusbl_des.apps.planning.plan_page import setting, shown_first
+from bindusbl_des.apps.planning.folder import shown_first
+from bindusbl_des.apps.planning.plan_page import setting
+from bindusbl_des.support.wording import significant
 
 Record = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
 def chart() -> Record:
-    """What the chart of a small plan needs."""
-    return chart_of(Setup(base()), inputs_of(Setup(base())))
+    """What is drawn of a small plan."""
+    return drawn()
 
 
 def test_the_answer_is_told_first(chart: Record) -> None:
@@ -87,10 +99,10 @@ def test_each_key_may_be_missing(chart: Record) -> None:
         assert 'id="answer"' in page, key
 
 
-def test_nothing_can_be_moved_without_inputs() -> None:
+def test_without_teams_nothing_is_drawn() -> None:
     """The page says so, and holds all that was simulated."""
     page = plan_page(record())
-    assert "No vessels can be moved here" in page
+    assert "No team is drawn here" in page
     assert 'id="pareto"' in page
     assert 'id="map"' not in page
 
@@ -102,34 +114,50 @@ def test_texts_of_a_record_stay_texts(chart: Record) -> None:
     assert "&lt;img src=x" in page
 
 
-def test_candidates_share_what_they_have_in_common(chart: Record) -> None:
-    """Of a candidate only the parts that are not the scenario's are in the page, once each."""
-    scenario = base()
-    other = scenario.model_copy(
-        update={"protocol": scenario.protocol.model_copy(update={"frame_s": 2.0})}
-    )
-    slower = base(duration=90.0)
-    own, inputs = (
-        inputs_of(Setup(scenario)),
-        [inputs_of(Setup(it)) for it in (scenario, other, slower, slower)],
-    )
-    found = chart_of(Setup(scenario), own, [*inputs, None])
-    assert found["variant_of"] == [-1, -1, 0, 0, -1]
-    assert "hf" not in found["variants"][0]
-    assert found["variants"][0]["duration_s"] == 90.0
-    assert json.loads(json.dumps(found)) == json.loads(json.dumps(chart)) | {
-        "variants": json.loads(json.dumps(found["variants"])),
-        "variant_of": found["variant_of"],
-    }
+def test_teams_share_what_they_have_in_common(chart: Record) -> None:
+    """Of a team only the parts that are not the first one's are in the page."""
+    places = [[0.0, 40.0], [10.0, -40.0]]
+    faster = base(changes=["auvs.speed_m_per_s=1.2", "survey.side_m=150"])
+    found = chart_of({2: Setup(base()), 5: Setup(moored(places)), 9: Setup(faster)})
+    assert found["first"] == chart["first"] | {"asvs": found["first"]["asvs"]}
+    assert {n: set(own) for n, own in found["teams"].items()} == {
+        "2": set(), "5": {"asvs"}, "9": {"auvs", "outline"},
+    }  # fmt: skip
+    assert [[it["x"], it["y"]] for it in found["teams"]["5"]["asvs"]] == [
+        [[0], [40]],
+        [[10], [-40]],
+    ]
 
 
-def test_a_chart_offers_each_filter(chart: Record) -> None:
-    """Those that the scenario may have, each with what it changes of the inputs."""
-    assert set(chart["filters"]) == {"kalman", "fixed_gain", "smoother", "dead_reckoning"}
-    assert chart["filters"]["kalman"] == {"navigator": chart["inputs"]["navigator"]}
-    changed = inputs_of(Setup(base(changes=["navigation.filter=fixed_gain"]))).plain()
-    for part, value in chart["filters"]["fixed_gain"].items():
-        assert value == changed[part]
+def test_each_team_has_its_numbers(chart: Record) -> None:
+    """What is predicted of each AUV, as Python predicts it, and what missions came to."""
+    page = plan_page(record(), chart)
+    for number, forecast in chart["forecasts"].items():
+        candidate = record()["candidates"][int(number)]
+        stations = candidate["stations"]
+        found = predict(inputs_of(Setup(base())), stations)
+        assert [auv["position_error_p95_m"] for auv in forecast["auvs"]] == pytest.approx(
+            found.position_error_p95_m.tolist(), rel=1e-9
+        )
+        part = page[page.index(f'data-team="{number}"') :]
+        part = part[: part.index("</div></div>")]
+        own = found.worst("position_error_p95_m")
+        assert f"<td>{significant(own)}</td>" in part
+        assert significant(candidate["simulated"]["mean"][0]) in part
+        assert f"in {candidate['simulated']['missions']} missions" in part
+
+
+def test_what_is_not_predicted_is_drawn_all_the_same() -> None:
+    """Vessels that move as they went in a mission; of others that move nothing is known."""
+    ways = {"seed": 4, "asvs": [{"asv": "ASV0", "places_m": [[0.0, 0.0], [30.0, 10.0]]}]}
+    moving = Setup(base(changes=["asvs.formation={model: follow}"]))
+    found = chart_of({0: moving, 1: moving}, {0: ways})
+    assert found["first"]["asvs"] == [{"name": "ASV0", "x": [0.0, 30.0], "y": [0.0, 10.0]}]
+    assert found["teams"]["1"] == {"asvs": [], "seed": None}
+    assert found["forecasts"] == {"0": None, "1": None}
+    page = plan_page(record(), found)
+    assert page.count("Nothing is predicted of this team") == 2
+    assert page.count("in the mission of seed 4") == 1
 
 
 @pytest.mark.parametrize(
@@ -167,4 +195,4 @@ def test_without_an_answer_the_nearest_is_drawn() -> None:
     first = without["runners_up"][0]
     assert shown_first(without) == first
     assert f"<h3>What binds candidate {first + 1}</h3>" in page
-    assert f'"first":{first}' in page
+    assert f'"first":{first}' in plan_page(without, drawn())

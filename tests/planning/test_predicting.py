@@ -1,7 +1,5 @@
 """The error of each AUV predicted: against what the program says elsewhere, and simulations."""
 
-import json
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -178,19 +176,6 @@ def test_what_would_help_leaves_clocks_as_wrong_as_they_are() -> None:
     now = inputs.systematic.clock_s * inputs.slots.sound_speed_m_per_s
     assert now > 2.0
     assert off == pytest.approx({**dict.fromkeys(off, now), "fix_noise": now / 2})
-
-
-def test_inputs_are_plain_data() -> None:
-    """JSON holds all of it, numbers to the last bit."""
-    inputs = inputs_of(Setup(scenario(**SMALL)))
-    plain = json.loads(json.dumps(inputs.plain(), allow_nan=False))
-    assert plain["ways"]["places_m"] == inputs.ways.places_m.tolist()
-    assert plain["navigator"]["sources"][0]["mean"] == [0.06, 0.06]
-    along = np.array(plain["noise"]["along_m2"])
-    again = replace(inputs, noise=replace(inputs.noise, along_m2=along))
-    stations = Setup(scenario(**SMALL)).stations_m
-    one, other = (predict(it, stations).position_error_m for it in (again, inputs))
-    assert one.tolist() == other.tolist()
 
 
 def test_a_map_says_what_an_auv_settles_at_that_stays() -> None:

@@ -13,7 +13,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 from workbench_for_tests import SURVEY, Server, started
 
-from bindusbl_des import load_scenario
+from bindusbl_des import load_scenario, plan
 
 
 @pytest.fixture(scope="module")
@@ -204,6 +204,38 @@ def test_missions_outlive_a_kill(tmp_path: Path) -> None:
             window.do("stop", job=2)
         stopped = window.job(2, "stopped", "failed") if jobs[2]["status"] == "running" else jobs[2]
         assert stopped["done"] < 1000
+
+
+def test_the_answer_of_a_plan_is_opened(tmp_path: Path) -> None:
+    """Beside its folder, which stays as it was; its other teams are put on the chart as well."""
+    file = tmp_path / "cove.yaml"
+    file.write_text(SURVEY)
+    folder = tmp_path / "team"
+    moored = [{"positions_m": [[x, 0], [-x, 0]]} for x in (10, 25)]
+    made = plan(file, folder, below={"position_error_m": 50}, vary={"asvs.formation": moored},
+                workers=1)  # fmt: skip
+    before = sorted(folder.rglob("*"))
+    for _ in range(2):  # once again it is as one left it
+        with started(folder, cwd=tmp_path) as server, server.window() as window:
+            (job,) = window.until("jobs")["jobs"]
+            assert job["answered"][0].startswith(made.record["told"][0][:12])
+            first, other, *_ = (team["number"] for team in job["teams"])
+            assert first == made.record["chosen"]
+            window.change("take", job=job["number"], team=other)
+            places = made.record["candidates"][other]["stations"]
+            text = (tmp_path / "team-team.yaml").read_text()
+            kept = load_scenario(tmp_path / "team-team.yaml").asvs.formation.positions_m
+            assert [list(place) for place in kept] == places
+            assert server.ask(f"pages/{job['number']}/plan")[0] == 200
+            window.do("take", job=job["number"], team=99)
+            assert "no team 99" in window.until("said")["text"]
+            window.change("step", by=-1)
+            assert made.scenario is not None
+            assert load_scenario(tmp_path / "team-team.yaml").asvs == made.scenario.asvs
+            window.change("step", by=1)
+            assert (tmp_path / "team-team.yaml").read_text() == text
+            window.change("step", by=-1)
+    assert sorted(folder.rglob("*")) == before
 
 
 def test_a_busy_port_is_said(server: Server, survey: Path) -> None:

@@ -95,14 +95,14 @@ class Window:
 
 
 @contextmanager
-def started(where: Path, *options: str) -> Iterator[Server]:
+def started(where: Path, *options: str, cwd: Path | None = None) -> Iterator[Server]:
     """Start a workbench with the command, and end it."""
     command = [sys.executable, "-m", "bindusbl_des", "workbench", str(where), "--no-browser"]
     process = subprocess.Popen(
         [*command, *options],
         stdout=subprocess.PIPE,
         text=True,
-        cwd=where if where.is_dir() else where.parent,
+        cwd=cwd or (where if where.is_dir() else where.parent),
     )
     assert process.stdout is not None
     line = process.stdout.readline()

@@ -19,15 +19,18 @@ def workbench(where: str, port: int, no_browser: bool) -> None:
     """Draw a survey, move vessels, simulate, plan and look, on a page of this machine.
 
     SCENARIO is a file, which each change is written to, or the name of one that ships, which is
-    copied here; of a FOLDER it is the only scenario there, or `scenario.yaml`, which is begun.
+    copied here; of a FOLDER it is the only scenario there, or `scenario.yaml`, which is begun; of
+    that of a plan its answer, in a file beside it, and what was simulated for it.
     What is simulated and planned, and all that the scenario was, lies in the folder `workbench`
     beside it.  The page answers this machine alone, and asks the network for nothing.
     """
     from ...support.mistakes import ScenarioError
+    from ..planning.folder import PlanError, is_plan_folder
     from ..workbench.server import serve
 
-    with refusing(ScenarioError):
-        file = _file(where)
+    plan = Path(where) if is_plan_folder(Path(where)) else None
+    with refusing(ScenarioError, PlanError):
+        file = _file(where) if plan is None else _answer(plan)
 
     def begun(address: str) -> None:
         say(f"{file}: {address}")
@@ -38,11 +41,32 @@ def workbench(where: str, port: int, no_browser: bool) -> None:
             webbrowser.open(address)
 
     try:
-        with refusing(ScenarioError):
-            serve(file, port, begun)
+        with refusing(ScenarioError, PlanError):
+            serve(file, port, begun, plan)
     except OSError as error:
         named = f"port {port}" if error.filename is None else error.filename
         refuse(f"{named}: {error.strerror}; name another")
+
+
+def _answer(plan: Path) -> Path:
+    """Return the file of the team that a plan speaks of, made beside its folder if it is not there.
+
+    Raises:
+        PlanError: when nothing was flown yet, or a file cannot be used.
+    """
+    from ...support.files import write_text
+    from ..planning.folder import drawn_team
+    from ..workbench.jobs import text_of
+
+    folder = plan.absolute()
+    file = folder.with_name(f"{folder.name}-team.yaml")
+    if not file.exists():
+        team = drawn_team(plan)
+        text = (
+            f"# {team.whose} of {folder.name}: {team.team}\n{text_of(team.scenario, folder.parent)}"
+        )
+        write_text(file, text)
+    return file
 
 
 def _file(where: str) -> Path:

@@ -1,29 +1,30 @@
-"""The page of a plan: the answer, a chart to move vessels on, what was simulated, and what if."""
+"""The page of a plan: the answer, a chart of each team, what was simulated, and what if."""
 
 import json
+import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from functools import partial
 from html import escape
 from string import Template
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from ...core.records.metrics import SHARES, name_of, unit_of
-from ...core.scenario import families
-from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
-from ...support.wording import amount, number, significant, timed, with_ends
+from ...support.arrays import Floats
+from ...support.wording import LONG_S, amount, counted, number, significant, timed, with_ends
 from ..campaigns.statistics.intervals import short_key, written
+from ..export.chart_files import planned_lanes
 from ..report.page import THEME, assembled, asset, filled, table
 from ..report.run_data import survey_data
 from ..report.run_page import footer
 from .answer_text import where_texts
 from .doubting import became_of, by_surprise
 from .folder import shown_first
-from .prediction.gathering import inputs_of
-from .prediction.inputs import Inputs
+from .prediction.forecast import Forecast
 
 Record = Mapping[str, Any]
 
@@ -135,67 +136,61 @@ def named(keys: Record) -> str:
 
 
 def chart_of(
-    setup: Setup,
-    inputs: Inputs,
-    candidates: Sequence[Inputs | None] = (),
-    moving: Mapping[int, Record] = MappingProxyType({}),
+    teams: Mapping[int, Setup], moving: Mapping[int, Record] = MappingProxyType({})
 ) -> dict[str, Any]:
-    """Return what a page needs to move the vessels of a scenario about, as plain data.
+    """Return what a page draws of teams, by their numbers among the candidates, as plain data.
 
-    `inputs` are those of the scenario, `candidates` those of each candidate of the plan, in its
-    order.  Most candidates differ in their stations alone: `variants` holds each way in which
-    some differ in more, as the parts that are not the scenario's, and `variant_of` the number of
-    each candidate's (-1: none).  `filters` holds the same of each filter that AUVs could have, and
-    `moving` the ways of a candidate's vessels that move, as its record has them.
+    `moving` are the ways of a candidate's vessels that move, as its record has them.  Under `teams`
+    there is of each what is not as that of the first, which is under `first`; under `forecasts`
+    what is predicted of each, with sentences on what that leaves out; None where nothing is.
     """
-    own = inputs.plain()
-    variants: list[dict[str, Any]] = []
-    numbers = []
-    for candidate in candidates:
-        other = {} if candidate is None else _differing(candidate.plain(), own)
-        if other and other not in variants:
-            variants.append(other)
-        numbers.append(variants.index(other) if other else -1)
+    drawn = {str(n): _scene(setup, moving.get(n)) for n, setup in teams.items()}
+    first = next(iter(drawn.values()))
     return {
-        **survey_data(setup),
-        "centre": list(setup.area.centroid),
-        "stations": [list(place) for place in setup.kept_stations_m],
-        "moving": {number: _ways(ways) for number, ways in moving.items()},
-        "inputs": own,
-        "variants": variants,
-        "variant_of": numbers,
-        "filters": dict(_filters(setup.scenario, own)),
+        "first": first,
+        "teams": {
+            number: {part: value for part, value in scene.items() if value != first[part]}
+            for number, scene in drawn.items()
+        },
+        "forecasts": {str(number): _forecast(setup) for number, setup in teams.items()},
     }
 
 
-def _ways(ways: Record) -> dict[str, Any]:
-    asvs = [zip(*way["places_m"], strict=True) for way in ways["asvs"]]
-    return {"seed": ways["seed"], "asvs": [dict(zip("xy", way, strict=True)) for way in asvs]}
+def _scene(setup: Setup, moving: Record | None) -> dict[str, Any]:
+    """Return what is drawn of a team: the survey, the lanes of AUVs, and vessels with their reach,
+    or their ways in the mission of a seed.
+    """
+    ways = [[place] for place in setup.kept_stations_m]
+    if moving is not None:
+        ways = [way["places_m"] for way in moving["asvs"]]
+    lanes = planned_lanes(setup)
+    return {
+        "land": [],
+        "keepOut": [],
+        **survey_data(setup),
+        "hf": {"reach": setup.horizontal_reach_m},
+        "mf": {"reach": setup.horizontal_mf_reach_m},
+        "broadcasting": setup.scenario.protocol.sends_frames,
+        "auvs": [_track(f"AUV{number}", lane.round(2)) for number, lane in lanes.items()],
+        "asvs": [_track(f"ASV{number}", np.array(way)) for number, way in enumerate(ways)],
+        "seed": None if moving is None else moving["seed"],
+    }
 
 
-def _differing(plain: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
-    return {part: value for part, value in plain.items() if value != own[part]}
+def _track(name: str, places: Floats) -> dict[str, Any]:
+    return {"name": name, "x": places[:, 0].tolist(), "y": places[:, 1].tolist()}
 
 
-def _filters(scenario: Scenario, own: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield each filter that the scenario can have beside its own settings, and what it changes."""
-    data = scenario.model_dump()
-    for name in families.NAVIGATOR.traits:
-        own_filter = scenario.navigation.filter
-        filtered = own_filter if own_filter == name else name  # with its settings
-        changed = {**data, "navigation": {**data["navigation"], "filter": filtered}}
-        with suppress(ValueError):
-            plain = inputs_of(Setup.of(Scenario.model_validate(changed))).plain()
-            yield name, {"navigator": plain["navigator"], **_differing(plain, own)}
+def _forecast(setup: Setup) -> dict[str, Any] | None:
+    try:
+        forecast = Forecast(setup)
+    except ValueError:  # a user-defined part, or vessels that move
+        return None
+    found = forecast.errors(setup.kept_stations_m, "lanes")
+    return {**found, "left_out": list(forecast.left_out)}
 
 
-PREDICTOR = (
-    *("predict_sights.js", "predict_rounds.js", "predict_errors.js", "predict_waiting.js"),
-    *("predict_afterwards.js", "predictor.js", "predict_map.js"),
-)
-CHART = ("saving.js", "seamap.js", *PREDICTOR, "team.js", "planmap.js", "sliders.js")
-SCRIPTS = (*CHART, "pareto.js", "plan.js")
-
+SCRIPTS = ("saving.js", "seamap.js", "planmap.js", "pareto.js", "plan.js")
 
 # What a page makes of a record, and of a candidate, that lacks something
 PLAN = {
@@ -211,12 +206,11 @@ CANDIDATE = {
 }
 
 
-def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
+def plan_page(record: Record, chart: Record | None = None) -> str:
     """Return the page of a plan as HTML, one file that asks the network for nothing.
 
-    `record` is what `plan.json` holds, `inputs` what the chart needs to know
-    (:func:`chart_of`); without it no vessel can be moved, and the page says so.  What the
-    record lacks, the page leaves out.
+    `record` is what `plan.json` holds, `chart` what :func:`chart_of` returns of its teams; without
+    it nothing is drawn, and the page says so.  What the record lacks, the page leaves out.
     """
     whole = _whole(record, PLAN)
     candidates = whole["candidates"]
@@ -226,14 +220,13 @@ def plan_page(record: Record, inputs: Mapping[str, Any] | None = None) -> str:
         if not candidates:
             whole[name] = PLAN[name]
     data = {
-        "scenario": record.get("scenario", "SCENARIO.yaml"),
         "goal": _of_whole(whole["goal"]),
         "candidates": list(candidates),
         "chosen": record.get("chosen"),
-        "first": shown_first(record),
-        "chart": inputs,
+        "chart": None if chart is None else {**chart, "forecasts": _shades(chart)},
+        "first": None if chart is None else _first_drawn(record, chart),
     }
-    sections = (_head, _answer, partial(_chart, inputs), _candidates, _sensitivity, _origin)
+    sections = (_head, _answer, partial(_chart, chart), _candidates, _sensitivity, _origin)
     body = "".join(section(whole) for section in sections)
     return assembled(f"{whole['name']}: plan", body, SCRIPTS, data, "", ("plan.css",))
 
@@ -397,13 +390,25 @@ def _missed(candidate: Record, goal: int) -> float | None:
     return None if share is None else share * int(simulated.get("missions") or 0)
 
 
-def _chart(inputs: Mapping[str, Any] | None, record: Record) -> str:
-    """Return the section in which vessels are moved; what its numbers are worth, and leave out."""
-    if inputs is None:
+def _first_drawn(record: Record, chart: Record) -> int:
+    """Return the team that the map begins with."""
+    shown = shown_first(record)
+    drawn = [int(n) for n in chart["forecasts"]]
+    return shown if shown in drawn else drawn[0]
+
+
+def _shades(chart: Record) -> dict[str, Any]:
+    """Return what the map of each team is shaded by."""
+    return {n: told and told["shade"] for n, told in chart["forecasts"].items()}
+
+
+def _chart(chart: Record | None, record: Record) -> str:
+    """Return the section with the map: each team as drawn, predicted and simulated."""
+    teams = [] if chart is None else [n for n in chart["forecasts"] if _knows(record, n)]
+    if chart is None or not teams:
         return (
-            '<section id="chart"><h2>The chart</h2><p class="note">No vessels can be moved here: '
-            "what the predictor needs to know of this scenario is not in the plan. What was "
-            "simulated is below.</p></section>"
+            '<section id="chart"><h2>The chart</h2><p class="note">No team is drawn here, since '
+            "none was simulated yet. What is known is below.</p></section>"
         )
     words = {goal["metric"]: goal["words"] for goal in record["goal"]}
     said = [
@@ -414,12 +419,88 @@ def _chart(inputs: Mapping[str, Any] | None, record: Record) -> str:
         if metric in words
     ]
     precision = f"Beside simulations they are off ({'; '.join(said)})." if said else ""
-    left_out = " ".join(inputs["inputs"].get("approximations") or ())
-    if any(candidate["stations"] == [] for candidate in record["candidates"]):
-        precision += " Vessels that move are not predicted: they were simulated."
+    shown = _first_drawn(record, chart)
+    drawn = [_drawn(int(n), chart, record, hidden=int(n) != shown) for n in teams]
+    option = '<option value="{team}">{words}</option>'
+    options = "".join(filled(option, team=n, words=_named(int(n), record)) for n in teams)
     return Template(asset("plan.html")).substitute(
-        stated=escape(precision), left_out=escape(left_out)
+        stated=escape(precision), teams=options, drawn="".join(drawn)
     )
+
+
+def _knows(record: Record, team: str) -> bool:
+    return int(team) < len(record["candidates"])
+
+
+def _named(team: int, record: Record) -> str:
+    """Return a candidate in words."""
+    asvs = record["candidates"][team]["asvs"]
+    which = f"candidate {team + 1}: {counted(asvs, 'vessel')}"
+    return f"the answer, {which}" if team == record["chosen"] else which
+
+
+# What a planner reads of each AUV, whatever is asked for; and one error, of the goal or else this
+ALWAYS, ERROR = ("hf_coverage", "fix_rate_hz", "fix_age_max_s"), "position_error_p95_m"
+SHORT = {
+    "hf_coverage": ("in HF range", "%", 100.0),
+    "fix_rate_hz": ("fixes", "/min", 60.0),
+    "fix_age_max_s": ("oldest fix", "s", 1.0),
+    "fix_age_mean_s": ("mean age", "s", 1.0),
+    "fix_age_p95_s": ("95 % age", "s", 1.0),
+    "position_error_m": ("mean error", "m", 1.0),
+    "position_error_rms_m": ("RMS error", "m", 1.0),
+    "position_error_p95_m": ("95 % error", "m", 1.0),
+}
+
+
+def _drawn(team: int, chart: Record, record: Record, *, hidden: bool) -> str:
+    """Return what is told of a team beside the map: predicted, each AUV, and simulated."""
+    forecast, candidate = chart["forecasts"][str(team)], record["candidates"][team]
+    goals = _of_whole(record["goal"])
+    kind = "verdict warning" if candidate["verdict"] == "not met" else "verdict"
+    reached = "; ".join(_reached(candidate, *goal) for goal in enumerate(goals))
+    told = ": ".join(filter(None, (candidate["verdict"], reached)))
+    parts = [filled(f'<p class="{kind}">{{text}}.</p>', text=told[:1].upper() + told[1:])]
+    if forecast is None:
+        seed = chart["teams"][str(team)].get("seed", chart["first"]["seed"])
+        ways = "" if seed is None else f" Drawn are its ways in the mission of seed {seed}."
+        parts.append(f'<p class="note">Nothing is predicted of this team.{ways}</p>')
+    else:
+        parts.append(_auvs(forecast, goals))
+        parts += [filled('<p class="note">{text}</p>', text=text) for text in forecast["left_out"]]
+    attribute = " hidden" if hidden else ""
+    return f'<div class="drawn" data-team="{team}"{attribute}>{"".join(parts)}</div>'
+
+
+def _reached(candidate: Record, place: int, goal: Record) -> str:
+    """Return what a team came to in missions, as predicted, and as is asked for."""
+    side = "below" if goal.get("below") is not None else "above"
+    asked = f"{side} {significant(goal[side] * goal['factor'])} {goal['unit']}".strip()
+    flown = int((candidate["simulated"] or {}).get("missions") or 0)
+    reached = f"{interval(candidate['simulated'], place, goal['factor'])} {goal['unit']}".strip()
+    simulated = f"{reached} in {counted(flown, 'mission')}" if flown else "not simulated"
+    value = value_of(candidate["predicted"], "value", place)
+    predicted = "" if value is None else f", predicted {significant(value * goal['factor'])}"
+    return f"{goal['words']} {simulated}{predicted}, asked for {asked}"
+
+
+def _auvs(forecast: Record, goals: Sequence[Record]) -> str:
+    """Return a table of what is predicted of each AUV, and of the worst of a mission."""
+    asked = [goal["metric"] for goal in goals if goal["metric"] in SHORT]
+    error = next((metric for metric in asked if metric.startswith("position_error")), ERROR)
+    names = [name for name in SHORT if name in (*ALWAYS, *asked[:1], error)]
+    headings = [("predicted", ""), *(SHORT[name][:2] for name in names)]
+    rows = [(f"AUV{n}", auv) for n, auv in enumerate(forecast["auvs"])]
+    rows.append(("worst of a mission", forecast["worst"]))
+    cells = [[who, *(_cell(name, values[name]) for name in names)] for who, values in rows]
+    return table(headings, cells, "Each AUV, predicted")
+
+
+def _cell(name: str, value: float | None) -> str:
+    _, unit, factor = SHORT[name]
+    if value is None or not math.isfinite(value):
+        return "-"
+    return timed(value) if unit == "s" and value >= LONG_S else significant(value * factor)
 
 
 def _candidates(record: Record) -> str:

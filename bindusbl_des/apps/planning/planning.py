@@ -70,7 +70,10 @@ from .plan_page import chart_of, plan_page
 from .question import Asking, Question, goals_of_arguments, read_plan
 from .relief import binding
 from .selecting import Choice, Selection, select
-from .teams import Team, further, inputs_for, narrowed, proposed
+from .teams import Team, further, narrowed, proposed
+
+# So many teams, the best first, are drawn on the page.
+MOST_DRAWN = 16
 
 
 class Plan:
@@ -306,11 +309,9 @@ def _written(outcome: Outcome, folder: Path) -> Plan:
         (folder / BEST).unlink(missing_ok=True)
     else:
         write_text(folder / BEST, best_yaml(team.scenario, plan_record["told"][0]))
-    chart, inputs = None, inputs_for(question, question.base)
-    if inputs is not None:
-        each = [team.inputs for team in outcome.teams]
-        moving = {} if ways is None or outcome.shown is None else {outcome.shown: ways}
-        chart = chart_of(Setup.of(question.base), inputs, each, moving)
+    drawn = {number: outcome.teams[number].setup for number in outcome.ranked[:MOST_DRAWN]}
+    moving = {} if ways is None or outcome.shown is None else {outcome.shown: ways}
+    chart = chart_of(drawn, moving) if drawn else None
     write_text(folder / PAGE, plan_page(plan_record, chart))
     text = json.dumps(plan_record, indent=2, allow_nan=False, ensure_ascii=False)
     write_text(folder / PLAN, f"{text}\n")

@@ -28,8 +28,9 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.statistics.intervals import intervals
 from ..campaigns.storage.folder import is_locked
 from ..campaigns.storage.parts import OK
-from ..planning.folder import MISSIONS, PLAN, drawn_team
-from ..planning.plan_page import worded
+from ..planning.folder import MISSIONS, PLAN, drawn_team, resumed
+from ..planning.goals import limits_text
+from ..planning.plan_page import interval, of_goal, worded
 from ..planning.teams import FORMATION
 
 SCENARIO, ASKED, LOG, FOUND = "scenario.yaml", "job.json", "log.txt", "found"
@@ -101,8 +102,8 @@ class Job:
 
     @property
     def found(self) -> Path:
-        """The folder of what it finds."""
-        return self.folder / FOUND
+        """The folder of what it finds; of a plan that was opened that of the plan."""
+        return self.folder / str(self.asked.get("found", FOUND))
 
     @property
     def campaign_folder(self) -> Path:
@@ -131,7 +132,7 @@ class Job:
     async def start(self) -> None:
         """Begin it, or go on with it."""
         is_begun = self.campaign_folder.is_dir()
-        command = ["resume", FOUND] if is_begun else arguments(self.asked)
+        command = ["resume", str(self.found)] if is_begun else arguments(self.asked)
         with (self.folder / LOG).open("wb") as log:
             self.process = await self._run(command, log)
         write_text(self.folder / PROCESS, f"{self.process.pid}\n")
@@ -146,7 +147,7 @@ class Job:
         if not re.fullmatch(r"[a-z0-9]+", kind):
             raise Refused(f"there is no export {described(kind)}")
         with tempfile.TemporaryFile() as log:
-            command = ["export", FOUND, "--to", kind, "--out", path.name, "--force"]
+            command = ["export", str(self.found), "--to", kind, "--out", path.name, "--force"]
             process = await self._run(command, log)
             if await process.wait():
                 log.seek(0)
@@ -208,20 +209,28 @@ class Job:
             return {}
         if self.runs:
             return {}
-        stations = plan["candidates"][team.number]["places"]
         return {
             "status": "complete" if plan["status"] == "complete" else "stopped",
             "answer": plan["answer"],
             "answered": [worded(text, plan["goal"]) for text in plan["told"]],
-            "team": team.team,
-            "stations": [[place["x_m"], place["y_m"]] for place in stations],
-            "moves": bool(team.ways),
             "keys": plan["candidates"][team.number]["keys"],
+            "teams": [_team(plan, number) for number in _flown(plan, team.number)],
             "doubts": [
                 {name: row.get(name) for name in ("told", "keys", "known", "met", "mean")}
                 for row in plan["sensitivity"]
             ],
         }
+
+    def team(self, number: int) -> dict[str, Any]:
+        """Return the keys of a team that its plan has flown, by its number among the candidates.
+
+        Raises:
+            Refused: when it has flown none of that number.
+        """
+        for team in self.state().get("teams", ()):
+            if team["number"] == number:
+                return dict(team["keys"])
+        raise Refused(f"this plan has flown no team {described(number)}")
 
     def _log(self) -> str:
         """Return what its process said last."""
@@ -233,6 +242,25 @@ class Job:
             return ""
         lines = [line.rpartition("\r")[2] for line in text.splitlines()]
         return "\n".join(lines if not self.runs else lines[-1:]).strip()
+
+
+def _flown(plan: Mapping[str, Any], first: int) -> list[int]:
+    """Return the numbers of candidates that a plan has flown, those it speaks of first."""
+    flown = [n for n, candidate in enumerate(plan["candidates"]) if candidate["simulated"]]
+    return list(dict.fromkeys([first, *plan["runners_up"], *flown]))[:MOST_LISTED]
+
+
+def _team(plan: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Return a candidate of a plan: its number, its keys, and in words what it is and came to."""
+    candidate, goal = plan["candidates"][number], plan["goal"][0]
+    reached = interval(candidate["simulated"], 0, of_goal(goal)["factor"])
+    told = f"{candidate['team']}: {reached} {of_goal(goal)['unit']}, {candidate['verdict']}"
+    stations = [[place["x_m"], place["y_m"]] for place in candidate["places"]]
+    keys = dict(candidate["keys"])
+    if candidate["stations"]:  # it is moored, wherever that was chosen by
+        keys = {key: value for key, value in keys.items() if not key.startswith(FORMATION)}
+        keys[FORMATION] = {"positions_m": stations}
+    return {"number": number, "told": told, "keys": keys}
 
 
 def _seeds(campaign: Campaign) -> dict[str, Any]:
@@ -294,17 +322,29 @@ class Jobs:
         number = max(self._jobs, default=0) + 1
         folder = self.folder / f"{number:04}"
         folder.mkdir(exist_ok=True)
-        given = scenario.model_dump(mode="json", exclude_unset=True)
-        keep(copies_of(given), folder)
-        lines = [
-            f"{key}: {json.dumps(own, ensure_ascii=False)}\n"
-            for key, own in portable(given).items()
-        ]
-        write_text(folder / SCENARIO, "".join(lines))
-        text = json.dumps({**asked, "version": version, "name": scenario.name})
-        write_text(folder / ASKED, f"{text}\n")
-        self._jobs[number] = Job(folder)
+        write_text(folder / SCENARIO, text_of(scenario, folder))
+        self._note(number, {**asked, "version": version, "name": scenario.name})
         return await self.go_on(number)
+
+    def _note(self, number: int, asked: Mapping[str, Any]) -> None:
+        folder = self.folder / f"{number:04}"
+        folder.mkdir(exist_ok=True)
+        write_text(folder / ASKED, f"{json.dumps(asked)}\n")
+        self._jobs[number] = Job(folder)
+
+    def adopt(self, plan: Path, version: int) -> None:
+        """Have the plan in a folder among them, if it is not there.
+
+        Raises:
+            PlanError: when it is none, or cannot be used.
+        """
+        found = str(plan.resolve())
+        if any(job.asked.get("found") == found for job in self._jobs.values()):
+            return
+        question = resumed(plan)
+        goals = [limits_text([goal]) for goal in question.goals]
+        asked = {"kind": "plan", "found": found, "version": version, "name": question.name}
+        self._note(max(self._jobs, default=0) + 1, {**asked, "below": goals, "words": plan.name})
 
     async def go_on(self, number: int) -> Job:
         """Go on with a job that was stopped (raises as `begin`)."""
@@ -327,6 +367,14 @@ class Jobs:
     async def close(self) -> None:
         """End what is at work."""
         await asyncio.gather(*(job.stop() for job in self.running))
+
+
+def text_of(scenario: Scenario, folder: Path) -> str:
+    """Return the text of a scenario file in a folder, to which copies of its files go."""
+    given = scenario.model_dump(mode="json", exclude_unset=True)
+    keep(copies_of(given), folder)
+    every = portable(given).items()
+    return "".join(f"{key}: {json.dumps(own, ensure_ascii=False)}\n" for key, own in every)
 
 
 def _job(folder: Path) -> Job | None:

@@ -5,10 +5,9 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...core.scenario.files.scenario_file import Source
 from ...core.setup import Setup
@@ -16,28 +15,14 @@ from ...support.arrays import Floats
 from ...support.facts import cached_property
 from ...support.mistakes import FilePlace, Mistake, ScenarioError
 from ...support.wording import timed
-from ..planning.prediction.gathering import inputs_of
-from ..planning.prediction.mapping import error_map, lane_map, nearest_on_ways
-from ..planning.prediction.predicting import predict
-from ..preflight.fix_chance import Grid, fix_chance, mean_chance, survey_grid
+from ..planning.prediction.forecast import Forecast
 from ..preflight.warnings import Reading, read_scenario
 from ..report.run_data import survey_data
 
-# What a map is shaded by: the error of AUVs on their lanes, of one that dwells at a place, and the
-# chance that a ping from there makes a fix.
-Shade = Literal["lanes", "dwells", "chance"]
-
-# Cells along a side of the survey: at rest, and while something is dragged.
-FINE, COARSE = 48, 20
 # So many points of each AUV's way are drawn.
 MOST_POINTS = 800
 # So far apart (m) they lie at least, for turns to look round.
 LEAST_STEP_M = 2.0
-
-COLUMNS = (
-    "position_error_m", "position_error_p95_m", "hf_coverage", "fix_rate_hz", "fix_age_mean_s",
-    "fix_age_max_s",
-)  # fmt: skip
 
 
 class Look:
@@ -82,7 +67,7 @@ class Look:
         }
 
     @cached_property
-    def forecast(self) -> "Forecast | None":
+    def forecast(self) -> Forecast | None:
         """What predicts its errors; None, and a `refusal`, where nothing does."""
         if self.setup is None:
             return None
@@ -136,68 +121,3 @@ def _ways(setup: Setup) -> list[Floats]:
         else:
             found.append(np.array([held], dtype=np.float64))
     return found
-
-
-class Forecast:
-    """What is predicted of a scenario with its vessels at any stations.
-
-    `left_out` are sentences on what predictions leave out.
-    """
-
-    def __init__(self, setup: Setup) -> None:
-        """Work out all that does not depend on the stations.
-
-        Raises:
-            ValueError: when nothing is predicted of such a scenario, saying why.
-        """
-        if not setup.kept_stations_m:
-            raise ValueError("vessels that move are not predicted; simulate the mission")
-        self.setup, self._inputs = setup, inputs_of(setup)
-        self.left_out = self._inputs.approximations
-        self._grids = {cells: survey_grid(setup, cells) for cells in (FINE, COARSE)}
-        self._nearest = {
-            cells: nearest_on_ways(self._inputs.ways, grid.middles[:, :2])
-            for cells, grid in self._grids.items()
-        }
-
-    def at(self, stations: ArrayLike, shade: Shade, cells: int = FINE) -> dict[str, Any]:
-        """Return what is predicted with vessels at `stations` (m, 2), m: of the worst AUV of a
-        mission and of each AUV, the chance of a fix over the survey, and the map's shades.
-        """
-        asvs = np.asarray(stations, dtype=np.float64)
-        found = predict(self._inputs, asvs)
-        grid = self._grids[cells]
-        chance = (
-            self._chance(asvs, grid) if cells == COARSE else mean_chance(self.setup, asvs, cells)
-        )
-        if shade == "lanes":
-            values = lane_map(self._nearest[cells], found.error_over_time)
-        elif shade == "dwells":
-            values = error_map(self._inputs, asvs, grid.middles[:, :2]).error_m
-        else:
-            known = fix_chance(self.setup, asvs, grid.middles)
-            values = np.full(len(grid.middles), np.nan) if known is None else known
-        return {
-            "worst": {name: found.worst(name) for name in COLUMNS},
-            "auvs": [
-                {name: float(getattr(found, name)[auv]) for name in COLUMNS}
-                for auv in range(len(found.position_error_m))
-            ],
-            "chance": None if chance is None else list(chance),
-            "shade": {"kind": shade, **_drawn(grid, values)},
-        }
-
-    def _chance(self, asvs: Floats, grid: Grid) -> tuple[float, float] | None:
-        """Return the mean and the least chance of a fix by the middles of cells."""
-        found = fix_chance(self.setup, asvs, grid.middles[grid.inside])
-        if found is None:
-            return None
-        return float(np.average(found, weights=grid.share[grid.inside])), float(found.min())
-
-
-def _drawn(grid: Grid, values: Floats) -> dict[str, Any]:
-    """Return the cells of a grid as a page draws them: None outside the survey, or not known."""
-    known = grid.inside & np.isfinite(values)
-    found = [float(f"{value:.4g}") if told else None
-             for value, told in zip(values.tolist(), known.tolist(), strict=True)]  # fmt: skip
-    return {"box": list(grid.box), "across": grid.across, "values": found}

@@ -38,12 +38,13 @@ from ...support.plain_data import path_of
 from ...support.plain_yaml import read_text
 from ...support.shipped import ENDINGS
 from ...support.wording import described, file_name
-from ...support.yaml_edits import edited
+from ...support.yaml_edits import REMOVED, edited
+from ..planning.prediction.forecast import COARSE, FINE
 from ..report.page import asset
 from . import desk as changes
 from .desk import Desk, Stale
 from .jobs import Jobs, Refused
-from .looking import COARSE, FINE, Look
+from .looking import Look
 
 Answer = TypeVar("Answer")
 
@@ -355,21 +356,10 @@ class Workbench:
         await self.tell_jobs()
 
     async def do_take(self, _: WebSocket, asked: dict[str, Any]) -> None:
-        """Take over the team that a plan has found."""
-        found = self.jobs[asked["job"]].state()
-        if "keys" not in found:
-            raise Refused("this plan has found no team yet")
-        place = "asvs.formation"
-        team = [
-            (path_of(name), value)
-            for name, value in found["keys"].items()
-            if not name.startswith(place) and name != "asvs.count"
-        ]
-        own = changes.vessels(found["stations"])
-        if found["moves"]:
-            model = found["keys"][f"{place}.model"]
-            own = [own[0], (path_of(place), {"model": model})]
-        await self._change([*own, *team], asked["version"])
+        """Take over a team that a plan has flown."""
+        keys = self.jobs[asked["job"]].team(asked["team"])
+        gone = [(path_of("asvs.formation"), REMOVED)]
+        await self._change([*gone, *((path_of(k), v) for k, v in keys.items())], asked["version"])
 
 
 Verb = Callable[[Workbench, WebSocket, dict[str, Any]], Awaitable[None]]
@@ -484,14 +474,18 @@ async def _talk(socket: WebSocket) -> None:
     await socket.app.state.bench.talk(socket)
 
 
-def application(file: Path, token: str, port: int) -> ASGIApp:
-    """Return the workbench of a scenario file, for who knows the token, at a port of this machine.
+def application(file: Path, token: str, port: int, plan: Path | None = None) -> ASGIApp:
+    """Return the workbench of a scenario file, for who knows the token, at a port of this machine;
+    with a plan, by its folder, among its jobs.
 
     Raises:
         ScenarioError: when the file is no text.
+        PlanError: when the plan cannot be used.
         OSError: when nothing can be written beside it.
     """
     bench = Workbench(file)
+    if plan is not None:
+        bench.jobs.adopt(plan, bench.desk.version)
 
     @asynccontextmanager
     async def living(_: Starlette) -> AsyncIterator[None]:
@@ -516,13 +510,14 @@ def application(file: Path, token: str, port: int) -> ASGIApp:
     return Guard(app, token, port)
 
 
-def serve(file: Path, port: int, begun: Callable[[str], None]) -> None:
-    """Serve the workbench of a scenario file until the process is asked to end.
+def serve(file: Path, port: int, begun: Callable[[str], None], plan: Path | None = None) -> None:
+    """Serve the workbench of a scenario file, with a plan, until the process is asked to end.
 
     `begun` is told its address.
 
     Raises:
         ScenarioError: when the file is no text.
+        PlanError: when the plan cannot be used.
         OSError: when the port is not free, or nothing can be written beside the file.
     """
     import secrets
@@ -536,7 +531,7 @@ def serve(file: Path, port: int, begun: Callable[[str], None]) -> None:
         listening.bind(("127.0.0.1", port))
         listening.listen()  # whoever is told the address may ask at once
         own_port = listening.getsockname()[1]
-        app = application(file, token, own_port)
+        app = application(file, token, own_port, plan)
         config = uvicorn.Config(
             app,
             ws="websockets-sansio",

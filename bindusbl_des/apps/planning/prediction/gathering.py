@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ....core.acoustics.channel import AskedChannel, between
+from ....core.acoustics.channel import between
 from ....core.protocol.slots import Slots
 from ....core.scenario import families
 from ....core.scenario.scenario import Scenario
@@ -410,8 +410,7 @@ def hf_chances(setup: Setup) -> Chances:
     chances = ping_chance(setup, ranges, setup.deepest_m)
     if chances is None:
         chances = 1.0 - setup.ping_loss.over(ranges)
-    kept = _threshold(setup, "hf", None if is_cut else setup.ping_channel)
-    return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances, kept)
+    return Chances(hf.range_m, is_cut, hf.range_metric == "slant", ranges[1], chances)
 
 
 def mf_chances(setup: Setup) -> Chances:
@@ -423,21 +422,8 @@ def mf_chances(setup: Setup) -> Chances:
     chances = frame_chance(setup, ranges, setup.deepest_m)
     if chances is None:
         chances = np.ones(len(ranges))
-    channel = None if is_cut else setup.frame_channel
-    kept = _threshold(setup, "mf", None if channel is None else channel(1, 1.0))
     by_slant = not is_cut or mf.range_metric == "slant"
-    return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances, kept)
-
-
-def _threshold(setup: Setup, name: str, channel: AskedChannel | None) -> dict[str, float]:
-    """Return the key of a band's threshold and its value (dB), where it follows from the range."""
-    band = setup.scenario.acoustics.bands[name]
-    if channel is None or not band.traits.has_levels:
-        return {}
-    given, decoding = (band.channel.settings.get(key) for key in ("snr_threshold_db", "decoding"))
-    if given is not None or decoding not in (None, "threshold"):
-        return {}
-    return {f"acoustics.{name}.channel.snr_threshold_db": round(channel.receiver.threshold_db, 6)}
+    return Chances(mf.range_m, is_cut, by_slant, ranges[1], chances)
 
 
 def fix_noise(setup: Setup) -> FixNoise:

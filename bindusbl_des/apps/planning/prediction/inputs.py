@@ -1,15 +1,12 @@
 """What a prediction is made of: plain numbers and arrays, worked out once for many placements.
 
 Where the ASVs are is not among them: :func:`.predicting.predict` takes that beside them, so that a
-placement can be tried in milliseconds.  :meth:`Inputs.plain` is all that another program needs to
-predict the same, in whatever language.  How far predictions are from simulations was measured
+placement can be tried in milliseconds.  How far predictions are from simulations was measured
 (docs/planning.md, Predicted error).
 """
 
-from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
-
-import numpy as np
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from ....core.geometry.land import Land
 from ....core.scenario import families
@@ -60,9 +57,7 @@ class Chances:
     """How likely a signal is decoded: by slant range, and nothing beyond `range_m` if it `is_cut`.
 
     `chances` (g,) belong to slant ranges 0, `step_m`, 2 `step_m` and so on, straight in between and
-    the last of them beyond.  `by_slant` tells which distance is compared with the range.  Who moves
-    the range and means these chances all the same sets the keys in `kept`: a threshold that is not
-    given is that at the range.
+    the last of them beyond.  `by_slant` tells which distance is compared with the range.
     """
 
     range_m: float
@@ -70,7 +65,6 @@ class Chances:
     by_slant: bool
     step_m: float
     chances: Floats
-    kept: dict[str, float]
 
 
 @dataclass(frozen=True)
@@ -248,15 +242,3 @@ class Inputs:
         told = {auv for members, _ in found for auv in members}
         rest = [auv for auv in range(len(self.ways.depths_m)) if auv not in told]
         return [(rest, self.navigator), *found]
-
-    def plain(self) -> dict[str, Any]:
-        """Return the same as plain data, as JSON can have it: nested names, lists and numbers."""
-        return {name: _plain(value) for name, value in asdict(self).items()}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _plain(own) for name, own in value.items() if not isinstance(own, type)}
-    if isinstance(value, list | tuple):
-        return [_plain(own) for own in value]
-    return value.tolist() if isinstance(value, np.ndarray) else value

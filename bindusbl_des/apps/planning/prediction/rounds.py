@@ -84,7 +84,7 @@ def timed(
     (k,), which need not be whole: all of :class:`RoundPlan` but the slots of AUVs.
 
     Of whole numbers that is what the downlinks' own generators make of them
-    (:mod:`....core.protocol.cycles`); page and sliders have the same in their language.
+    (:mod:`....core.protocol.cycles`).
     """
     access, slots = inputs.access, inputs.slots
     busy, none = groups * uplink, np.zeros(len(groups))

@@ -212,8 +212,8 @@ class SeaMap {
     const values = this.mission.fields?.[this.field];
     if (!values) return;
     const { box: [south, west, north, east], across } = this.mission.fields;
-    const [low, high] = fieldEnds(this.field, values), [tall, wide] = [(north - south) / across, (east - west) * across / values.length];
-    const inside = this.mission.fields.chance;
+    const [low, high] = this.mission.fields.ends ?? fieldEnds(this.field, values), [tall, wide] = [(north - south) / across, (east - west) * across / values.length];
+    const inside = this.mission.fields.chance ?? values;
     context.save();
     context.beginPath();
     this.outline(context);

@@ -74,9 +74,10 @@ export class Jobs {
       make("details", {}, make("summary", {}, "Each seed"), make("table", {}, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows))),
     ];
   }
-  answer({ number, answered, answer, doubts, keys }) {
+  answer({ number, answered, answer, doubts, keys, teams }) {
     const { bench } = this, [first, ...others] = answered;
-    const takeOver = button("put this team on the chart", () => bench.ask("take", { job: number }));
+    const team = make("select", { "aria-label": "Team" }, ...teams.map((it) => make("option", { value: it.number }, it.told)));
+    const takeOver = button("put it on the chart", () => bench.ask("take", { job: number, team: +team.value }));
     const exports = EXPORTS.map((kind) => make("a", { href: `export/${number}/${kind}`, download: "" }, kind.toUpperCase()));
     const doubted = (doubts ?? []).map((doubt) => {
       const mark = { true: "✓ ", false: "✗ " }[doubt.met] ?? "? ";
@@ -84,7 +85,8 @@ export class Jobs {
     });
     return [
       make("p", { class: answer ? "verdict" : "verdict warning" }, first),
-      make("div", { class: "tools" }, button("the plan's page", () => bench.open(`pages/${number}/plan`, `Plan ${number}`)), takeOver, ...exports.flatMap((it) => [it, " "])),
+      make("div", { class: "tools" }, button("the plan's page", () => bench.open(`pages/${number}/plan`, `Plan ${number}`)), ...exports.flatMap((it) => [it, " "])),
+      make("div", { class: "tools team" }, team, takeOver),
       ...(doubted.length ? [make("p", {}, "If it is not as planned:"), make("div", { class: "tools" }, ...doubted)] : []),
       make("details", {}, make("summary", {}, "All that it says"), ...others.map((text) => make("p", {}, text))),
     ];
