@@ -8,8 +8,9 @@ from ...support.compiled import compiled
 
 @compiled
 def crossing(here: Floats, there: Floats, edges: Floats) -> Flags:
-    """Tell of the path from each place (n, 2 or more) to each other (m, 2 or more), m, whether it
-    crosses land of these edges (k, 4), shape (n, m).
+    """Tell whether the straight path between two positions crosses land, (n, m).
+
+    `here` (n, 2 or more), `there` (m, 2 or more) and the `edges` of the land (k, 4) are in m.
     """
     found = np.empty((len(here), len(there)), np.bool_)
     for i in range(len(here)):
@@ -20,7 +21,7 @@ def crossing(here: Floats, there: Floats, edges: Floats) -> Flags:
 
 @compiled
 def holding(points: Floats, edges: Floats) -> Flags:
-    """Tell which points (n, 2 or more) are on land of these edges (k, 4)."""
+    """Tell which points (n, 2 or more) are on the land with these edges (k, 4), in m; (n,)."""
     found = np.empty(len(points), np.bool_)
     for i in range(len(points)):
         x, y = points[i, 0], points[i, 1]
@@ -30,10 +31,10 @@ def holding(points: Floats, edges: Floats) -> Flags:
 
 @compiled
 def crosses(ax: float, ay: float, bx: float, by: float, edges: Floats) -> bool:
-    """Tell whether the path from a to b meets an edge, or else begins, and so is, on land.
+    """Tell whether the path from a to b crosses an edge, or begins on land.
 
-    Of a corner on the path one edge counts as on its one side, whichever it is: who goes through a
-    corner into land crosses one of both.
+    A corner that lies on the path counts as on one side of it, for both of its edges: a path
+    through a corner into land crosses exactly one of them.
     """
     low_x, high_x, low_y, high_y = min(ax, bx), max(ax, bx), min(ay, by), max(ay, by)
     inside = False

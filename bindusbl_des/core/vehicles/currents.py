@@ -1,4 +1,4 @@
-"""The water's own motion: a uniform current, and its slow variation."""
+"""The current: uniform, with a slow variation."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 from ...support.arrays import Floats
 from ...support.compiled import compiled
 
-# Controllers look and steer ten times a second (s); the current holds meanwhile.
+# The control interval (s): autopilots act, and the current changes, ten times a second.
 CONTROL_S = 0.1
 
 
@@ -46,7 +46,9 @@ def gauss_markov(sd: float, time_constant: float, interval: float, noise: Floats
 
 @compiled
 def _vary(noise: Floats, kept: float, varied: Floats) -> None:
-    """Write a process (n, 2) of unit variance that keeps a share of itself from row to row."""
+    """Write a process (n, 2) of unit variance; each row keeps the share `kept` of the one
+    before.
+    """
     fresh = math.sqrt(1.0 - kept**2)
     for axis in range(2):  # a row at once would take two seconds more to compile
         varied[0, axis] = noise[0, axis]
@@ -55,7 +57,7 @@ def _vary(noise: Floats, kept: float, varied: Floats) -> None:
 
 
 def carried(series: Floats, interval: float, times: Floats) -> Floats:
-    """Return how far (m) the water has moved by each instant (s), shape (n, 2).
+    """Return the displacement (m) of the water by each instant (s), (n, 2).
 
     >>> carried(np.array([[1.0, 0.0], [0.0, 1.0]]), 10.0, np.array([5.0, 15.0])).tolist()
     [[5.0, 0.0], [10.0, 5.0]]

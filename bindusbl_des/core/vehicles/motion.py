@@ -1,10 +1,10 @@
 """The motion of a whole fleet, in one array in which compiled equations look up any instant.
 
-A vehicle without dynamics keeps to legs of constant speed, turn rate and climb; one with dynamics
-leaves a log, a line at each boundary of its integration, k * step (s).  Between two lines position
+A vehicle without dynamics keeps to legs of constant speed, turn rate and climb.  One with dynamics
+leaves a log, a line at each boundary of its integration, k * step (s).  Between two lines, position
 and yaw are cubic polynomials through both ends with the rates there (Hermite), which for these
-vehicles is within a micrometre of the motion itself.  Whoever reads need not know which it is.
-Survey frame: m, z down, yaw in rad from +x towards +y.
+vehicles is within a micrometre of the motion itself.  Readers treat legs and logs alike. Survey
+frame: m, z down, yaw in rad from +x towards +y.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,13 @@ import numpy as np
 from ...support.arrays import Floats, Ints
 from ...support.compiled import compiled, inlined
 
-# A leg: its first place (m) and heading (rad), horizontal speed (m/s), turn rate (rad/s), climb
-# (m/s, downwards), instant at which it begins (s); then, as in a log, what has summed up to there:
-# the integrals of cos(yaw) and sin(yaw) (s) and the distance (m); cosine and sine of its heading.
+# A leg: its first position (m) and heading (rad), horizontal speed (m/s), turn rate (rad/s), climb
+# (m/s, downwards), instant at which it begins (s); then, as in a log, the integrals of cos(yaw) and
+# sin(yaw) (s) and the distance (m) up to there; cosine and sine of its heading.
 X, Y, Z, YAW, SPEED, TURN, CLIMB, BEGIN, COS, SIN, DISTANCE = range(11)
 COS_YAW, SIN_YAW, LEG_COLUMNS = 11, 12, 13
 
-# A line of a log has the same, with the rates of place and yaw (m/s, rad/s) in the midst.
+# A line of a log has x, y, z, yaw, their rates (m/s, rad/s), the integrals and the distance.
 RATES, COLUMNS = 4, 11
 
 # Where a vehicle is: x, y, z (m), yaw (rad); integrals of cos(yaw) and sin(yaw) (s); distance (m)
@@ -49,7 +49,7 @@ def together(tables: Sequence[Floats]) -> Motion:
 
 
 def legs(rows: Floats) -> Floats:
-    """Return the legs of a vehicle, given by their first eight columns, with their sums."""
+    """Return the legs (n, LEG_COLUMNS) of a vehicle from their first eight columns (n, 8)."""
     table = np.zeros((len(rows), LEG_COLUMNS))
     table[:, :COS] = rows
     table[:, COS_YAW], table[:, SIN_YAW] = np.cos(rows[:, YAW]), np.sin(rows[:, YAW])
@@ -59,7 +59,7 @@ def legs(rows: Floats) -> Floats:
 
 @compiled
 def _sum_up(table: Floats) -> None:
-    """Write the sums of a vehicle's legs, counted from the start of the mission."""
+    """Write the integrals and distances of a vehicle's legs, which are 0 as the mission starts."""
     for leg in range(1, len(table)):
         (_, _, _, _, cosine, sine), distance = _on_leg(table, leg - 1, table[leg, BEGIN])
         table[leg, COS], table[leg, SIN], table[leg, DISTANCE] = cosine, sine, distance
@@ -96,7 +96,7 @@ def _on_leg(table: Floats, leg: int, time: float) -> tuple[Headed, float]:
 
 @compiled
 def _leg_at(table: Floats, first: int, end: int, time: float) -> int:
-    """Return the last of the legs first..end that has begun by an instant (s), or the first."""
+    """Return the last of the legs `first` to `end` that has begun by an instant (s), or `first`."""
     low, high = first, end - 1
     while low < high:
         middle = (low + high + 1) // 2
@@ -116,7 +116,7 @@ class Bearing(NamedTuple):
 
 
 class Stride(NamedTuple):
-    """A place (m), its rates and its speed (m/s)."""
+    """A position (m), its rates along x and y, and the speed (m/s)."""
 
     x: float
     y: float
@@ -127,9 +127,9 @@ class Stride(NamedTuple):
 
 @inlined
 def turned_over(was: Bearing, now: Bearing, duration: float) -> tuple[float, float]:
-    """Return the integrals of cos(yaw) and sin(yaw) (s) over some time (s) between two bearings.
+    """Return the integrals of cos(yaw) and sin(yaw) (s) over a duration (s) between two bearings.
 
-    Trapezoid with its end correction (Euler-Maclaurin).
+    Trapezoidal rule with end correction (Euler-Maclaurin).
     """
     half, twelfth = duration / 2.0, duration * duration / 12.0
     ends, begins = now.sine * now.turning, was.sine * was.turning
@@ -141,9 +141,9 @@ def turned_over(was: Bearing, now: Bearing, duration: float) -> tuple[float, flo
 
 @inlined
 def walked(was: Stride, now: Stride, duration: float) -> float:
-    """Return the distance (m) travelled in some time (s) between two places.
+    """Return the distance (m) travelled in a duration (s) between two positions.
 
-    Simpson's rule, the speed half way taken from the cubic of the position.
+    Simpson's rule; the speed half way is that of the cubic of the position.
     """
     share = 1.5 / duration
     u_half = share * (now.x - was.x) - 0.25 * (was.u + now.u)
@@ -155,9 +155,9 @@ def walked(was: Stride, now: Stride, duration: float) -> float:
 def headings(
     log: Floats, line: int, duration: float, yaw: float, turn: float
 ) -> tuple[float, float]:
-    """Return the integrals of cos(yaw) and sin(yaw) (s) `duration` past a line.
+    """Return the integrals of cos(yaw) and sin(yaw) (s) at `duration` (s) past a line.
 
-    `yaw` (rad) and its rate `turn` (rad/s) are those of that later instant.
+    `yaw` (rad) and its rate `turn` (rad/s) are those at that later instant.
     """
     began = log[line, YAW]
     was = Bearing(cos(began), sin(began), log[line, RATES + YAW])
@@ -169,9 +169,9 @@ def headings(
 def distance(
     log: Floats, line: int, duration: float, x: float, y: float, u: float, v: float
 ) -> float:
-    """Return the distance (m) travelled until `duration` past a line.
+    """Return the distance (m) travelled until `duration` (s) past a line.
 
-    What follows are place (m) and velocity (m/s) at that later instant.
+    `x`, `y` (m) and `u`, `v` (m/s) are position and velocity at that later instant.
     """
     so_far: float = log[line, DISTANCE]
     if duration <= 0.0:
@@ -185,7 +185,10 @@ def distance(
 def between(
     begin: float, end: float, leaving: float, arriving: float, share: float, step: float
 ) -> tuple[float, float]:
-    """Return a coordinate and its rate after a share of a step (s), given both at either end."""
+    """Return a coordinate and its rate after a share of a step (s), by the cubic through both ends.
+
+    `begin`, `end` are its values, `leaving`, `arriving` its rates, at the ends of the step.
+    """
     rest = 1.0 - share
     leaves, arrives = step * leaving, step * arriving
     moved = end - begin
@@ -209,8 +212,10 @@ def read(log: Floats, line: int, share: float, step: float, axis: int) -> tuple[
 
 @inlined
 def before(first: int, end: int, step: float, time: float) -> tuple[int, float, float]:
-    """Return the line before an instant (s) in a log of the lines `first` up to `end`, and how long
-    before, as a share of the step and in s; beyond the end of the log it is where it ended.
+    """Return the line before an instant (s) in a log, and the time since: as a share of the step,
+    in s.
+
+    The log has the lines `first` up to `end`; an instant beyond its end counts as its end.
     """
     time = min(time, (end - first - 1) * step)
     whole = min(max(int(time / step), 0), end - first - 2)
@@ -231,7 +236,9 @@ def in_log(log: Floats, first: int, end: int, step: float, time: float) -> Heade
 
 @inlined
 def headed(motion: Motion, vehicle: int, time: float) -> Headed:
-    """Return where a vehicle is at an instant (s), and the integrals of cos(yaw) and sin(yaw)."""
+    """Return x, y, z (m), yaw (rad), and integrals of cos(yaw) and sin(yaw) (s) at an instant
+    (s).
+    """
     begin, end, step = motion.first[vehicle], motion.first[vehicle + 1], motion.steps[vehicle]
     if step > 0.0:
         return in_log(motion.table, begin, end, step, time)
@@ -263,8 +270,8 @@ def velocity(motion: Motion, vehicle: int, time: float) -> tuple[float, float, f
     return speed * cos(yaw), speed * sin(yaw), table[leg, CLIMB]
 
 
-# For Python: a table and its numbers by themselves, which numba takes ten times faster than a tuple
-# of them; and arrays to write to, since one made there and returned would cost as much.
+# Entry points for Python.  numba takes arrays ten times faster than a tuple of them, and writes to
+# an array that it is given faster than it returns a new one.
 
 
 @compiled
@@ -275,7 +282,7 @@ def place_at(table: Floats, first: Ints, steps: Floats, vehicle: int, time: floa
 
 @compiled
 def distance_at(table: Floats, first: Ints, steps: Floats, vehicle: int, time: float) -> float:
-    """Return how far (m) a vehicle has travelled by an instant (s)."""
+    """Return the distance (m) that a vehicle has travelled by an instant (s)."""
     begin, end, step = first[vehicle], first[vehicle + 1], steps[vehicle]
     if step > 0.0:
         line, share, past = before(begin, end, step, time)
@@ -301,8 +308,9 @@ def _places(table: Floats, first: Ints, steps: Floats, time: float, out: Floats)
 
 
 def lines(table: Floats, first: Ints, steps: Floats, vehicle: int, times: Floats) -> Floats:
-    """Return x, y, z (m), yaw (rad), the integrals of cos(yaw) and sin(yaw) (s), and these two,
-    (n, 8), of a vehicle at n instants (s).
+    """Return the motion (n, 8) of a vehicle at n instants (s).
+
+    Columns: x, y, z (m), yaw (rad), integrals of cos(yaw) and sin(yaw) (s), cos(yaw), sin(yaw).
     """
     out = np.empty((times.size, 8))
     _lines(table, first, steps, vehicle, times, out)
@@ -321,7 +329,7 @@ def _lines(
         else:  # not by `headed`: a tuple made for each instant would double the time
             leg = _leg_at(table, begin, end, times[k])
             (x, y, z, yaw, ahead, aside), _ = _on_leg(table, leg, times[k])
-        if yaw != known:  # lanes keep theirs
+        if yaw != known:  # constant along a lane
             known, cosine, sine = yaw, cos(yaw), sin(yaw)
         out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x, y, z, yaw
         out[k, 4], out[k, 5], out[k, 6], out[k, 7] = ahead, aside, cosine, sine

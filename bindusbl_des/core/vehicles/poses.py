@@ -1,8 +1,8 @@
-"""The poses of vehicles that an outside program moves, and what lies between and beyond them.
+"""The poses of vehicles that an outside program moves, and the motion between and beyond them.
 
-It is asked at equal steps, what it answers is checked, and each answer is a line of the vehicles'
-logs (:mod:`.motion`); so compiled equations read them as they read any other motion.  What has not
-been asked for yet is predicted: every vehicle keeps its last velocity.
+The program is asked at equal steps.  Each answer is checked and becomes a line of the vehicles'
+logs (:mod:`.motion`), which compiled equations read like any other motion.  Beyond the last answer
+every vehicle keeps its last velocity.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,16 +24,16 @@ from .motion import COS, DISTANCE, PLACE, RATES, SIN, YAW, Motion, X, Y
 from .tracks import FARTHEST, FASTEST
 from .vehicle import Vehicle
 
-# What is said of one vehicle's pose, and how vehicles of a fleet are called.
+# The numbers of a pose, in words and by axis, and the names of vehicles in messages.
 POSE, AXES = "x, y, z (m, z down), yaw (rad)", ("x", "y", "z", "yaw")
 NAMES = {"auvs": "AUV", "asvs": "ASV"}
 
-# By so much (s) the clock of a source may be off: the last digits of a sum of steps.
+# The clock of a source may differ by so much (s): rounding in a sum of steps.
 SAME_S = 1e-6
 
 
 def _line(error: Exception) -> str:
-    """Return by which line an error came, as `` at source.py:12``."""
+    """Return the file and line that raised an error, as `` at source.py:12``."""
     *_, (frame, line) = walk_tb(error.__traceback__)
     return f" at {Path(frame.f_code.co_filename).name}:{line}"
 
@@ -42,25 +42,25 @@ class PoseSource(Protocol):
     """An outside program that moves vehicles of a mission."""
 
     def advance_to(self, time: float) -> Mapping[str, ArrayLike]:
-        """Move on to an instant (s) of the mission; return where vehicles are then.
+        """Advance to an instant (s) of the mission; return the poses of the vehicles then.
 
-        That are the poses of all AUVs under "auvs", of all ASVs under "asvs", or both: a row for
-        each, with x, y, z (m, survey frame, z down) and yaw (rad, from +x towards +y, however often
-        turned).  It is asked for 0 s first, then for each following step, in order and once; who is
-        missing in the first answer moves as the scenario says.
+        The mapping holds the poses of all AUVs under "auvs", of all ASVs under "asvs", or both: a
+        row for each vehicle with x, y, z (m, survey frame, z down) and yaw (rad, from +x towards
+        +y; not wrapped or wrapped).  It is called for 0 s first, then for each following step once,
+        in order.  A fleet that is missing in the first answer moves as the scenario says.
 
-        A source that has an attribute `time` (s) must then stand at that instant.
+        A source with an attribute `time` (s) must have reached that instant.
         """
 
 
 class ReceivedPoses:
-    """What a source of poses has answered so far."""
+    """The poses that a source has answered so far."""
 
     def __init__(self, source: PoseSource, counts: Mapping[str, int]) -> None:
-        """Take a source, and how many "auvs" and "asvs" there are.
+        """Take a source, and the numbers of "auvs" and "asvs".
 
         Raises:
-            ValueError: when it is none.
+            ValueError: when `source` is no source of poses.
         """
         if not callable(getattr(source, "advance_to", None)):
             raise ValueError(
@@ -161,7 +161,7 @@ class ReceivedPoses:
 
 
 def _refuse_leap(kind: str, moved: Floats, time: float, within_s: float) -> None:
-    """Refuse ways (n, 4) that nobody goes in such a time (s)."""
+    """Refuse displacements (n, 4) that no vehicle makes within `within_s` (s)."""
     ways = np.linalg.norm(moved[:, :3], axis=1)
     which = int(np.argmax(ways))
     if ways[which] > FASTEST * within_s:
@@ -172,7 +172,7 @@ def _refuse_leap(kind: str, moved: Floats, time: float, within_s: float) -> None
 
 
 def _plain(time: float) -> str:
-    """Return an instant (s), without what a product of steps has behind it."""
+    """Return an instant (s) as text, without the rounding of a product of steps."""
     return plain(round(time, 9))
 
 
@@ -185,12 +185,12 @@ SHORTEST_STEP_S = 1e-3
 
 
 class Poses:
-    """The poses of a mission's vehicles that an outside program moves, as far as it was asked.
+    """The poses of the vehicles that an outside program moves, up to the last answer.
 
-    Between two samples positions and yaw are cubics with the slopes that the last three samples
-    before each end give: where a vehicle is depends on samples up to the next one only.  They are
-    within 0.04 j step^3 of a motion with the jerk j (m/s3), within 0.07 a step^2 where its
-    acceleration jumps by a (m/s2), within 0.2 v step where its velocity does by v (m/s).
+    Between two samples, positions and yaw are cubics.  Their slope at each sample follows from the
+    last three samples up to it, so a pose depends on samples up to the next one only.  The error is
+    below 0.04 j step^3 for a motion with jerk j (m/s3), 0.07 a step^2 where the acceleration jumps
+    by a (m/s2), and 0.2 v step where the velocity jumps by v (m/s).
     """
 
     def __init__(
@@ -201,13 +201,13 @@ class Poses:
         lasts_s: float,
         ahead_s: float,
     ) -> None:
-        """Ask for the poses at 0 s, each `step_s` (s) from then on as the mission needs them.
+        """Ask the source for the poses at 0 s; later ones follow as the mission needs them.
 
-        `counts` tells how many "auvs" and "asvs" there are; until `lasts_s` (s) poses may be asked
-        for, and `ahead_s` (s) ahead they are predicted.
+        They are `step_s` (s) apart; `counts` holds the numbers of "auvs" and "asvs"; the mission
+        lasts `lasts_s` (s); poses are predicted `ahead_s` (s) ahead.
 
         Raises:
-            ValueError: for a step that is none, and whenever an answer cannot be used.
+            ValueError: for an invalid step, or an answer that cannot be used.
         """
         if not _is_step(step_s):
             raise ValueError(
@@ -216,7 +216,7 @@ class Poses:
             )
         self.step_s, self._answers = float(step_s), ReceivedPoses(source, counts)
         kind = type(source)
-        #: Who moves vehicles, for whoever reads the results.
+        #: A sentence for the results: which program moves the vehicles.
         self.described = (
             f"an outside program, {kind.__module__}:{kind.__qualname__}, gave the poses each "
             f"{plain(self.step_s)} s, in the place of vehicle, route and formation; scenario and "
@@ -228,30 +228,30 @@ class Poses:
             self._logs[fleet] = np.zeros((len(poses), self._lines, motion.COLUMNS))
             self._logs[fleet][:, 0, PLACE] = poses
         self._known = 0
-        #: Whom to tell up to which instant (s) poses are known, whenever further ones are.
+        #: Called with the instant (s) up to which poses are known, after each advance.
         self.on_known: Callable[[float], None] | None = None
         self._predict()
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Which fleets the outside program moves: "auvs", "asvs" or both."""
+        """The fleets that the outside program moves: "auvs", "asvs" or both."""
         return tuple(self._logs)
 
     def motion(self, kind: str) -> Motion:
-        """Return the motion of a fleet; beyond the last instant asked for it is predicted."""
+        """Return the motion of a fleet; beyond the last answer it is predicted."""
         log = self._logs[kind]
         ends = np.arange(len(log) + 1, dtype=np.int64) * self._lines
         steps = np.full(len(log), self.step_s)
         return Motion(log.reshape(-1, motion.COLUMNS), ends, steps)
 
     def advance(self, time: float) -> None:
-        """Ask for all poses up to an instant (s): up to the first sample not before it.
+        """Ask for poses up to the first sample at or after an instant (s).
 
         Raises:
-            ValueError: when an answer cannot be used, or the time is beyond all that is asked for.
+            ValueError: when an answer cannot be used, or the instant is after the mission's end.
         """
         wanted = ceil(time / self.step_s)
-        while wanted > 0 and (wanted - 1) * self.step_s >= time:  # a quotient is rounded
+        while wanted > 0 and (wanted - 1) * self.step_s >= time:  # the quotient is rounded
             wanted -= 1
         while wanted * self.step_s < time:
             wanted += 1
@@ -269,7 +269,7 @@ class Poses:
             self.on_known(self._known * self.step_s)
 
     def _predict(self) -> None:
-        """Let all vehicles keep their velocity after the last pose known."""
+        """Write poses beyond the last answer: every vehicle keeps its velocity."""
         end = min(self._known + 1 + self._ahead, self._lines)
         for log in self._logs.values():
             _carry_on(log, self._known, end, self.step_s)
@@ -281,12 +281,12 @@ def _is_step(step: Any) -> bool:
 
 @compiled
 def _note(log: Floats, line: int, step: float, poses: Floats) -> None:
-    """Write the line (1 or later) of a sample to the logs of a fleet (n, lines, motion.COLUMNS)."""
+    """Write a sample (n, 4) as line `line` >= 1 of a fleet's logs (n, lines, motion.COLUMNS)."""
     for vehicle in range(len(log)):
         own, turn = log[vehicle], 2.0 * np.pi
         for axis in range(4):
             now, was = poses[vehicle, axis], own[line - 1, axis]
-            if axis == YAW:  # the nearest of all headings that are the same
+            if axis == YAW:  # unwrapped: the equal heading that is nearest to the last
                 now += turn * np.round((was - now) / turn)
             own[line, axis] = now
             if line == 1:
@@ -305,7 +305,7 @@ def _note(log: Floats, line: int, step: float, poses: Floats) -> None:
 
 @compiled
 def _carry_on(log: Floats, last: int, end: int, step: float) -> None:
-    """Write places and rates after the `last` line and before the `end`, at its velocity."""
+    """Write the lines of each log after `last` and before `end`, at the velocity of `last`."""
     for vehicle in range(len(log)):
         own = log[vehicle]
         for line in range(last + 1, end):
@@ -316,7 +316,7 @@ def _carry_on(log: Floats, last: int, end: int, step: float) -> None:
 
 
 class PosedVehicle(Vehicle):
-    """A vehicle that an outside program moves; asked for later than that is, this moves on."""
+    """A vehicle that an outside program moves; asked about a later instant, it advances that."""
 
     def __init__(self, poses: Poses, kind: str, number: int) -> None:
         super().__init__(poses.motion(kind), number)

@@ -1,13 +1,13 @@
-"""What makes dead reckoning wrong: noise, a velocity bias, a scale factor and a wrong heading; and
-what is expected of it by who has learnt how wrong it is, and why.
+"""Errors of dead reckoning (noise, velocity bias, scale factor, heading), and how they are
+expected.
 
-A compass that is off by psi and a log that tells (1 + s) times a velocity make of a way p from the
-start the way (1 + s) R(psi) p, whatever the path; so what they add to the error is a function of
-the place alone.  Through the water it is the way through the water.
+A compass that is off by psi and a log that measures (1 + s) times the velocity turn a displacement
+p from the start into (1 + s) R(psi) p, whatever the path, so that their error is a function of
+position alone.  With a log through the water, p is the displacement through the water.
 
-A velocity bias that wanders is held for equal steps.  What it has done by an instant is
-o + H b, with H the integral of the frame's rotation up to then, b the bias that is held, and o what
-makes that continuous: at each step's end o grows by H (b - b'), b' being the bias that follows.
+A velocity bias that wanders is constant within equal steps.  Its error at an instant is o + H b: H
+is the integral of the frame's rotation up to then, b the present bias, and o makes the error
+continuous.  At the end of each step o grows by H (b - b'), where b' is the next bias.
 """
 
 from math import expm1, inf
@@ -22,9 +22,7 @@ from ..records.rows import Row, Rows
 
 
 class DeadReckoned(NamedTuple):
-    """What a vehicle's own sensors have told it by an instant (s): its dead reckoning (m), and the
-    integrals of the cosine and sine of its heading from the start of the mission (s).
-    """
+    """Dead reckoning at an instant (s): position (m), integrals of cosine and sine of yaw (s)."""
 
     time: float
     x: float
@@ -34,9 +32,11 @@ class DeadReckoned(NamedTuple):
 
 
 class ExpectedDrift(NamedTuple):
-    """What is expected: the instant (s), the integrals of the heading (s) and dead reckoning (m)
-    that it is about; error (m), velocity bias and current (m/s), stretch and turn, and the bias
-    that wanders (m/s) with its time constant (s), as in :mod:`..navigation.belief`.
+    """The drift that a navigator expects from an instant on, as in :mod:`..navigation.belief`.
+
+    The instant `at` (s), with the integrals of heading (s) and dead reckoning (m) then; error (m),
+    velocity bias and current (m/s), scale (`stretch`, 1) and heading error (`turn`, rad), and the
+    wandering part of the bias (m/s) with its time constant (s).
     """
 
     at: float
@@ -58,8 +58,10 @@ class ExpectedDrift(NamedTuple):
 
 
 class ReckonedPath(NamedTuple):
-    """What has summed up since then: time (s), the integrals of R (s), the share of a wandering
-    bias left meanwhile, and the way that dead reckoning tells of, less its biases (m).
+    """Changes since the instant of an expected drift.
+
+    Time (s), integrals of the frame's rotation R (s), mean share left of a wandering bias, and the
+    displacement (m) by dead reckoning less its biases.
     """
 
     passed: float
@@ -72,7 +74,7 @@ class ReckonedPath(NamedTuple):
 
 @inlined
 def way_since(drift: ExpectedDrift, dr: DeadReckoned, in_body: bool) -> ReckonedPath:
-    """Return what has summed up since then; `in_body` if biases turn with the body."""
+    """Return the changes since the instant of a drift; `in_body` if biases rotate with the body."""
     passed = dr.time - drift.at
     ahead = dr.cosine - drift.cosine if in_body else passed
     aside = dr.sine - drift.sine if in_body else 0.0
@@ -88,7 +90,7 @@ def way_since(drift: ExpectedDrift, dr: DeadReckoned, in_body: bool) -> Reckoned
 
 @inlined
 def expected_error(drift: ExpectedDrift, way: ReckonedPath) -> tuple[float, float]:
-    """Return the error (m) of dead reckoning that is expected after some way."""
+    """Return the expected error (m), along x and y, of dead reckoning after these changes."""
     ahead, aside = way.ahead, way.aside
     forward = drift.bias_ahead + way.left * drift.roaming_ahead
     starboard = drift.bias_aside + way.left * drift.roaming_aside
@@ -101,9 +103,7 @@ def expected_error(drift: ExpectedDrift, way: ReckonedPath) -> tuple[float, floa
 
 @inlined
 def learnt_drift(learnt: Row) -> ExpectedDrift:
-    """Return what is expected to be added to the error, by a row of
-    :data:`..records.rows.LEARNT`.
-    """
+    """Return the drift in a row of :data:`..records.rows.LEARNT`, with no error at its instant."""
     return ExpectedDrift(
         learnt.at_s, learnt.cosine_s, learnt.sine_s, learnt.x_m, learnt.y_m, 0.0, 0.0,
         learnt.bias[0], learnt.bias[1], learnt.current[0], learnt.current[1],
@@ -113,7 +113,7 @@ def learnt_drift(learnt: Row) -> ExpectedDrift:
 
 @inlined
 def learn(learnt: Row, drift: ExpectedDrift) -> None:
-    """Write what is expected to a row of :data:`..records.rows.LEARNT`."""
+    """Write an expected drift to a row of :data:`..records.rows.LEARNT`."""
     learnt.at_s, learnt.cosine_s, learnt.sine_s = drift.at, drift.cosine, drift.sine
     learnt.x_m, learnt.y_m, learnt.time_constant_s = drift.x, drift.y, drift.time_constant
     learnt.bias[0], learnt.bias[1] = drift.bias_ahead, drift.bias_aside
@@ -122,9 +122,9 @@ def learn(learnt: Row, drift: ExpectedDrift) -> None:
     learnt.roaming[0], learnt.roaming[1] = drift.roaming_ahead, drift.roaming_aside
 
 
-# What a vehicle's log and compass make of a way: they add `along` of it, and `across` of it turned
-# by a quarter to starboard; they stretch it by a factor and turn it (rad, and its cosine and sine).
-# It begins at a place (m) that is known when the vehicles are.
+# The error of a vehicle's log and compass over a displacement: it adds the share `along` of it, and
+# `across` of it rotated a quarter turn to starboard; as a scale factor and a rotation (rad, with
+# cosine and sine).  Displacements begin at a position (m) that is set when the vehicles exist.
 SKEW = np.dtype(
     [
         (name, "f8")
@@ -134,12 +134,12 @@ SKEW = np.dtype(
 
 
 class Wrong(NamedTuple):
-    """How wrong the dead reckoning of n vehicles is.
+    """The errors of dead reckoning of n vehicles.
 
-    `walks` (n, samples, 2) m along x and y at the instants k / `rate` (Hz), straight in between.
-    `biases` (n, k, 2) m/s of velocity, ahead and to starboard if `in_body`, else along x and y,
-    each held for `held_s` (s); `offsets` (n, k, 2), m, as above, as far as the way is known.
-    `skews` (n,), SKEW.
+    `walks` (n, samples, 2): random walk (m) along x and y at instants k / `rate` (Hz), linear
+    between. `biases` (n, k, 2): velocity bias (m/s), ahead and to starboard if `in_body`, else
+    along x and y, each constant for `held_s` (s).  `offsets` (n, k, 2), m: the o above, as far as
+    the path is known. `skews` (n,): SKEW.
     """
 
     walks: Annotated[Floats, 3]
@@ -151,7 +151,7 @@ class Wrong(NamedTuple):
     skews: Annotated[Rows, SKEW]
 
     def of(self, whose: slice) -> "Wrong":
-        """Return that of some vehicles, in the same arrays."""
+        """Return the errors of some vehicles, as views of the same arrays."""
         arrays = {
             name: getattr(self, name)[whose] for name in ("walks", "biases", "offsets", "skews")
         }
@@ -159,7 +159,7 @@ class Wrong(NamedTuple):
 
 
 def steady(walks: Floats, rate: float, bias: ArrayLike, in_body: bool) -> Wrong:
-    """Return how wrong dead reckoning is whose bias, (2,) or (n, 2), m/s, never changes."""
+    """Return errors with a constant velocity bias, (2,) or (n, 2), m/s."""
     skews = skews_of(np.zeros(len(walks)), np.zeros(len(walks)))
     biases = np.empty((len(walks), 1, 2))
     biases[:, 0] = bias
@@ -167,7 +167,7 @@ def steady(walks: Floats, rate: float, bias: ArrayLike, in_body: bool) -> Wrong:
 
 
 def skews_of(scales: Floats, turned: Floats) -> Rows:
-    """Return the skews of scale factors less one (n,) and headings' errors (n,), rad."""
+    """Return SKEW rows (n,) of scale factors less one (n,) and heading errors (n,), rad."""
     skews = np.zeros(len(scales), dtype=SKEW)
     skews["factor"], skews["turned"] = 1.0 + scales, turned
     skews["cosine"], skews["sine"] = np.cos(turned), np.sin(turned)
@@ -178,14 +178,14 @@ def skews_of(scales: Floats, turned: Floats) -> Rows:
 
 @inlined
 def skewed(x: float, y: float, wrong: Wrong, vehicle: int) -> tuple[float, float]:
-    """Return what a vehicle's log and compass add to a way (m) or velocity (m/s)."""
+    """Return the error that a log and compass add to a displacement (m) or velocity (m/s)."""
     skew = wrong.skews[vehicle]
     return skew.along * x - skew.across * y, skew.across * x + skew.along * y
 
 
 @inlined
 def by_compass(ahead: float, aside: float, wrong: Wrong, vehicle: int) -> tuple[float, float]:
-    """Return integrals of the cosine and sine of the heading (s) by the compass."""
+    """Return the integrals of cosine and sine of the heading (s) as the compass measures them."""
     skew = wrong.skews[vehicle]
     return skew.cosine * ahead - skew.sine * aside, skew.sine * ahead + skew.cosine * aside
 
@@ -194,10 +194,10 @@ def by_compass(ahead: float, aside: float, wrong: Wrong, vehicle: int) -> tuple[
 def error(
     time: float, heading: tuple[float, float], way: tuple[float, float], wrong: Wrong, vehicle: int
 ) -> tuple[float, float]:
-    """Return how far (m) along x and y a vehicle believes to be from where it is, without fixes.
+    """Return the error (m) of a vehicle's dead reckoning, along x and y, without fixes.
 
-    `heading` are the integrals of its cosine and sine (s) by its compass, `way` is the true one
-    from the start (m).
+    `heading` holds the integrals of cosine and sine of the heading (s) by compass; `way` is the
+    true displacement (m) from the start; `time` is the instant (s).
     """
     walks, biases, held = wrong.walks, wrong.biases, 0  # no views: they are counted, and cost time
     whole = min(int(time * wrong.rate), walks.shape[1] - 2)
@@ -219,9 +219,9 @@ def error(
 
 @compiled
 def follow(wrong: Wrong, vehicle: int, step: int, ahead: float, aside: float) -> None:
-    """Note the offset of the bias that is held from the beginning of a step (1 or later) on.
+    """Write the offset of the bias that begins with a step (1 or later).
 
-    `ahead` and `aside` are the integrals of the heading by then (s), by compass.
+    `ahead` and `aside` are the integrals of the heading (s) up to then, by compass.
     """
     if not wrong.in_body:
         ahead, aside = step * wrong.held_s, 0.0

@@ -1,6 +1,6 @@
-"""How much of a survey vehicles sweep, and by when: on a grid, by their true ways.
+"""How much of a survey vehicles sweep by an instant: on a grid, by their true tracks.
 
-A point is swept once a vehicle has passed within half a swath of it, seen from above.
+A point is swept once a vehicle has passed within half a swath of it horizontally.
 """
 
 import math
@@ -17,26 +17,26 @@ from ...support.compiled import compiled
 from ..geometry.area import Area
 from .vehicle import Vehicle
 
-# Cells are this share of a swath wide, unless there were too many of them, or ways too long.
+# Cells are this share of a swath wide, unless cells or track positions would exceed these numbers.
 CELL = 1 / 8
 MOST_CELLS, MOST_PLACES = 250_000, 250_000
 
-# Ways are taken for straight between places so many cells apart, or so close in time (s).
+# A track is straight between positions so many cells apart, or so close in time (s).
 STEP, SHORTEST_S = 2.0, 1e-3
 
-# By this share of half a swath two of them that touch may part by rounding.
+# Swaths that touch may part by this share of half a swath: rounding.
 TOUCHING = 1e-9
 
-# Cells coarser than this share of a swath tell nothing.
+# Cells coarser than this share of a swath are useless.
 COARSEST = 0.5
 
-# A vehicle so much (m) above its depth is on its way up.
+# A vehicle more than this (m) above its depth is climbing to the surface.
 LEVEL_M = 0.1
 
 
 class Sweep(NamedTuple):
-    """When each cell of a survey was first swept (s; infinite: never), by which vehicle, and which
-    share of it is in the survey.
+    """For each cell: when it was first swept (s; infinite: never), by which vehicle, and which
+    share of it lies in the survey.
     """
 
     at_s: Floats
@@ -45,7 +45,7 @@ class Sweep(NamedTuple):
     cell_m2: float
 
     def area(self, times: Floats, vehicle: int | None = None) -> Floats:
-        """Return how much (m2) was swept by some instants (s), (n,): by all, or first by one."""
+        """Return the area (m2) swept by instants (n,), s: by all vehicles, or first by one."""
         mine = slice(None) if vehicle is None else self.by == vehicle
         at = self.at_s[mine]
         order = np.argsort(at, kind="stable")
@@ -60,14 +60,13 @@ def sweep(
     until: float,
     depths: Sequence[float] | None = None,
 ) -> Sweep | None:
-    """Return which parts of a survey vehicles sweep until an instant (s), with a swath (m) each, or
-    none.
+    """Return the parts of a survey that vehicles sweep until an instant (s), or None.
 
-    Cells lie along the longer side of the least rectangle about the survey.  Each is swept with its
-    middle, so that the edge of what is swept is off by half a cell at most, and counts with what of
-    the survey is in it.  Vehicles that come up sweep nothing above their `depths` (m).  None where
-    nobody has a swath, the survey is too large, or the ways are too long, for cells that tell
-    anything.
+    Each vehicle has a swath (m), or None.  Cells lie along the longer side of the smallest
+    rectangle about the survey.  A cell is swept with its middle, so the edge of the swept area is
+    off by at most half a cell; it counts with its share in the survey.  Vehicles sweep nothing
+    while they are above their `depths` (m).  The result is None without swaths, or when survey or
+    tracks are too large for useful cells.
     """
     wide = {number: swath for number, swath in enumerate(swaths) if swath is not None}
     if not wide:
@@ -86,7 +85,7 @@ def sweep(
     )
     if cell > COARSEST * least:
         return None
-    # what is thinner than half a cell has one row of them along its middle
+    # a survey thinner than half a cell has one row of cells along its middle
     x_min, y_min = (
         low if high - low > cell / 2 else (low + high - cell) / 2
         for low, high in ((x_min, x_max), (y_min, y_max))
@@ -96,7 +95,7 @@ def sweep(
         for low, high in ((x_min, x_max), (y_min, y_max))
     )
     times, ends, begins, who = _passed(vehicles, STEP * cell, until, depths)
-    # of all stretches, the first near each cell
+    # the first stretch of a track that passes each cell
     first = np.full((len(x), len(y)), len(times))
     halves = np.array([wide[number] / 2 for number in sweeping])[who]
     _look_around(first, ends @ turn, begins @ turn, x_min, y_min, cell, halves)
@@ -118,9 +117,7 @@ def sweep(
 def _shares(
     corners: tuple[tuple[float, ...], ...], x: tuple[float, ...], y: tuple[float, ...], cell: float
 ) -> Floats:
-    """Return which share of each square cell lies in a polygon, row by row, by the middles (m) of
-    rows and columns.
-    """
+    """Return the share of each square cell in a polygon, row by row; `x`, `y` are middles (m)."""
     shape, half = shapely.Polygon(corners), cell / 2
     shapely.prepare(shape)
     along, across = (them.ravel() for them in np.meshgrid(x, y, indexing="ij"))
@@ -136,9 +133,10 @@ def _look_around(
     first: Ints, ends: Floats, begins: Floats, x_min: float, y_min: float, cell: float,
     halves: Floats,
 ) -> None:  # fmt: skip
-    """Note for cells (k, l) from a corner on that have no stretch yet the first of stretches (n, 2)
-    that has a way within half a swath of its own, `halves` (n,), of their middle; all in m, along
-    the axes of the cells.
+    """Note for each cell, unless noted, the first stretch of track whose swath holds its middle.
+
+    Stretches go from `begins` to `ends` (n, 2) and have half swaths `halves` (n,), in m along the
+    axes of the cells.
     """
     for k in range(len(ends)):
         reach, near = math.ceil(halves[k] / cell + STEP), (halves[k] * (1.0 + TOUCHING)) ** 2
@@ -157,8 +155,9 @@ def _look_around(
 
 
 def _axes(area: Area) -> Floats:
-    """Return unit vectors (2, 2), in columns, along the sides of the least rectangle about an area;
-    those of the survey where these are as short.
+    """Return unit vectors (2, 2), in columns, along the sides of an area's smallest rectangle.
+
+    The axes of the survey are taken where they give a rectangle as small.
     """
     outline, box = np.asarray(area.outline), area.box
     least: Any = shapely.minimum_rotated_rectangle(shapely.Polygon(outline))
@@ -171,15 +170,13 @@ def _axes(area: Area) -> Floats:
 
 
 def _sampled(vehicle: Vehicle, step: float, until: float) -> tuple[Floats, Floats]:
-    """Return instants (n,), s, up to one between which a vehicle goes a `step` (m) at most, and its
-    places then (n, 3), m; whatever its speed, but for jumps.
-    """
+    """Return instants (n,), s, at most `step` (m) of track apart, and the positions (n, 3), m."""
     whole = vehicle.distance(until)
     times = np.linspace(0.0, until, math.ceil(whole / step) + 1)
     while True:
         places = vehicle.sample(times)[:, :3]
         gone, took = np.hypot(*np.diff(places[:, :2], axis=0).T), np.diff(times)
-        if whole - gone.sum() > step:  # out and back between two of them; dear, so only then
+        if whole - gone.sum() > step:  # it went out and back between two of them
             gone = np.diff([vehicle.distance(time) for time in times.tolist()])
         pieces = np.where(took > SHORTEST_S, np.ceil(gone / step * (1.0 - TOUCHING)), 1.0)
         pieces = np.maximum(pieces, 1.0).astype(np.int64)
@@ -193,9 +190,10 @@ def _sampled(vehicle: Vehicle, step: float, until: float) -> tuple[Floats, Float
 def _passed(
     vehicles: Sequence[Vehicle], step: float, until: float, depths: Sequence[float] | None
 ) -> tuple[Floats, Floats, Floats, NDArray[np.int64]]:
-    """Return instants (n,), s, in their order, at which a vehicle has gone to a place (n, 2), m,
-    from the one before (n, 2), m, a `step` (m) away at most, and which one it is.  The first place,
-    and that at which it is down again, is gone to from itself.
+    """Return stretches of all tracks by time: instants (n,), s, ends and begins (n, 2), m, vehicle.
+
+    A stretch is at most `step` (m) long.  The first one of a vehicle, and the one at which it is
+    down again after a climb, begins where it ends.
     """
     sampled = [_sampled(vehicle, step, until) for vehicle in vehicles]
     times, places = [at for at, _ in sampled], [way for _, way in sampled]

@@ -1,7 +1,7 @@
-"""A fleet under its controllers: look, steer, hold the command for an interval, look again.
+"""A fleet under its controllers: sense, steer, hold the command for an interval, sense again.
 
-Within a control interval nothing is decided; so how many intervals are flown at a time changes no
-bit of where anybody goes.
+Nothing is decided within a control interval, so the number of intervals flown in one call changes
+no bit of a track.
 """
 
 from math import ceil, hypot, isfinite, nan
@@ -35,21 +35,21 @@ from . import sensing, tracks
 from .sensing import Craft, NavigationState, Sensed, SteeringDrift
 from .tracks import PathPoint, PathTracks
 
-HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # how a vehicle fares
+HEALTHY, BROKEN, ADRIFT, STUCK = range(4)  # the condition of a vehicle
 HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
 ARRIVED = 1.0  # m before its path's end, a vehicle that slows down there counts as arrived
 PATIENT_FOR = 3  # times in a row: a correction may take a vehicle back once
 
-# Where a vehicle was told to be (m), how fast (m/s), how deep (m)
+# The order to a vehicle: station or path origin (m), speed (m/s), depth (m)
 ORDER = np.dtype([(name, "f8") for name in ("north", "east", "speed", "depth")])
 
-# The look-out: how far a vehicle may be off (m), for how long (s), since when (s) and from where
-# (m) it counts, how often in a row no headway was made
+# The monitor of a vehicle: how far (m) and how long (s) it may be off station, since when (s) and
+# from which distance along its path (m) it counts, how often in a row it made no headway
 WATCH = np.dtype(
     [("reach", "f8"), ("patience", "f8"), ("since", "f8"), ("reached", "f8"), ("failed", "i8")]
 )
 
-# All that is told to a vehicle and remembered by it; of the autopilots it has one.
+# Orders and memory of a vehicle; it uses the memory of one of the autopilots.
 VESSEL = np.dtype(
     [
         ("order", ORDER),
@@ -63,18 +63,18 @@ VESSEL = np.dtype(
     ]
 )
 
-# A line that is being written: the columns of the log, and what else the next one follows from: the
-# speed (m/s), cosine and sine of the yaw.
+# A line that is being written: the columns of the log, then numbers that the next line needs: speed
+# (m/s), cosine and sine of yaw.
 SPEED, C_YAW, S_YAW, NOTES = range(COLUMNS, COLUMNS + 4)
 
 
 class Flight(NamedTuple):
-    """A fleet under way, handed over once.
+    """The state of a fleet under way, handed to compiled code once.
 
-    What its vehicles are and the coefficients of their `hull`; by vehicle: `states`, `vessels`,
-    `paths`, `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries,
-    COLUMNS), `active` and `saturated` (n, intervals).  Of `currents` (any, 2) the last row holds;
-    `lost` (2,) tells how the one fares that was lost, and since when (s).
+    The `craft` and the coefficients of its `hull`; by vehicle: `states`, `vessels`, `paths`, GNSS
+    `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries, COLUMNS),
+    `active` row of the path and `saturated` (n, intervals).  `currents` (any, 2): the last row
+    persists. `lost` (2,): the condition of the vehicle that was lost, and since when (s).
     """
 
     craft: Craft
@@ -97,11 +97,10 @@ class Flight(NamedTuple):
 def _look_out(
     time: float, north: float, east: float, reached: float, speed: float, watch: Row
 ) -> int:
-    """Tell whether a vehicle has been off its station, or made no headway, for too long.
+    """Return whether a vehicle has been off its station, or without headway, for too long.
 
-    It is so far `north` and `east` of its station (m), and has come so far along its path
-    (`reached`, m; not a number for who keeps a station or has arrived); `speed` is what it was told
-    to make (m/s).
+    It is `north` and `east` of its station (m), and has come `reached` (m) along its path (NaN if
+    it keeps a station or has arrived); `speed` is that of its order (m/s).
     """
     if not isfinite(reached):
         if hypot(north, east) <= watch.reach:
@@ -120,7 +119,7 @@ def _look_out(
 def _turning(
     sensed: Sensed, aim: PathPoint, paths: PathTracks, bounds: Row, progress: Row
 ) -> float:
-    """Return the yaw rate (rad/s) that the path will soon ask for."""
+    """Return the yaw rate (rad/s) that the path will need LEAD ahead."""
     north, east = sensed.log_n + sensed.set_n, sensed.log_e + sensed.set_e
     ground = north * aim.cosine + east * aim.sine
     ahead = max(ground, 0.0) * remus100.LEAD
@@ -132,7 +131,7 @@ def _steer(
     craft: Craft, sensed: Sensed, aim: PathPoint, turning: float, p: Row, vessel: Row,
     work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
-    """Write the command for the next interval; return whether it reached a limit."""
+    """Write the command for the next interval; return whether an actuator reached its limit."""
     control, order = craft.control, vessel.order
     if craft.model == forces.BLUEROV2:
         return bluerov2.steer(sensed, aim, order, control, p, vessel.bluerov2, work, command)
@@ -147,9 +146,9 @@ def _steer(
 def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
     """Move a fleet, in place, through the control intervals `first` to `last` (not included).
 
-    `packed` is the address of a :class:`Flight`; `has_learnt` as of
-    :class:`.sensing.NavigationState`.  Returns -1, or the vehicle lost, with `lost`
-    holding how it fares and when (s).
+    `packed` is the address of a :class:`Flight`; `has_learnt` as in
+    :class:`.sensing.NavigationState`. Returns -1, or the index of a vehicle that was lost: `lost`
+    holds its condition and the instant (s).
     """
     by = unpacked(packed, Flight)
     craft, p, paths, currents = by.craft, by.hull[0], by.paths, by.currents
@@ -176,7 +175,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
                 aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
                 by.active[i, interval] = way.row
                 reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
-                if model != forces.BLUEROV2:  # whose turns begin where the path's do
+                if model != forces.BLUEROV2:  # a BlueROV2 begins turns where the path does
                     turning = _turning(sensed, aim, paths, bound, way)
             full = _steer(craft, sensed, aim, turning, p, vessel, wanted, vehicle.command)
             by.saturated[i, interval] = full
@@ -198,7 +197,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
 
 @compiled
 def beside(packed: int, vehicle: int, times: Floats, errors: Floats) -> None:
-    """Write how far (m) a vehicle was from the path that it flew at instants (s).
+    """Write the distance (m) of a vehicle from the path it flew, at instants (s), to `errors`.
 
     `packed` is the address of a :class:`Flight`.
     """
@@ -220,7 +219,7 @@ def beside(packed: int, vehicle: int, times: Floats, errors: Floats) -> None:
 
 @inlined
 def _take_up_line(log: Floats, number: int, depth: float) -> Floats:
-    """Return a line that goes on from what has summed up in a log, of a vehicle so deep (m)."""
+    """Return a line with the integrals and distance of row `number` of a log, at a depth (m)."""
     line = np.zeros(NOTES)
     for column in (COS, SIN, DISTANCE):
         line[column] = log[number, column]
@@ -230,9 +229,9 @@ def _take_up_line(log: Floats, number: int, depth: float) -> Floats:
 
 @inlined
 def _begin_line(vehicle: MovedVehicle, line: Floats) -> None:
-    """Write where a vehicle is that has looked; what has summed up stays as it is.
+    """Write position, rates and yaw of a vehicle to its line; integrals and distance stay.
 
-    Of a vehicle at the surface so does the depth.
+    The depth of a surface craft stays, too.
     """
     state, rates = vehicle.state, vehicle.rates
     line[X], line[Y] = state[0], state[1]
@@ -258,7 +257,7 @@ def _stride(line: Floats) -> Stride:
 
 @compiled
 def _next_line(vehicle: MovedVehicle, step: float, line: Floats) -> None:
-    """Write the next line of a vehicle, a step (s) later."""
+    """Advance a line by a step (s) of the vehicle."""
     bearing, stride = _bearing(line), _stride(line)
     _begin_line(vehicle, line)
     ahead, aside = turned_over(bearing, _bearing(line), step)
@@ -269,6 +268,6 @@ def _next_line(vehicle: MovedVehicle, step: float, line: Floats) -> None:
 
 @compiled
 def _enter_line(line: Floats, log: Floats, number: int) -> None:
-    """Enter a line in a log."""
+    """Copy a line to a row of a log."""
     for column in range(COLUMNS):
         log[number, column] = line[column]

@@ -1,13 +1,13 @@
-"""What vehicles know of themselves at the beginning of a control interval, and learn by fixes of a
-current that no log sees.
+"""What an autopilot knows at the beginning of a control interval; and the current learnt from
+fixes.
 
-An autopilot has its AHRS (attitude and turn rates), its depth and a velocity log, whose errors are
-those of dead reckoning. Whatever else is true stays outside.
+An autopilot reads an AHRS (attitude and turn rates), a depth sensor and a velocity log, whose
+errors are those of dead reckoning.  It gets nothing else of the true state.
 
-Dead reckoning falls behind by the current, and fixes bring it forward again; so the sum of all
-corrections grows as fast as the water carries the vehicle (less what the log's bias makes of it).
-A straight line through that sum, with a memory that fades, has that rate as its slope. It is not a
-filter of the position: the vehicle goes on steering by the fused estimate as it is.
+Dead reckoning falls behind by the current and fixes bring it forward again, so the sum of all
+corrections grows as fast as the current carries the vehicle (less the effect of the log's bias).  A
+straight line fitted to that sum, with fading memory, has this rate as its slope.  It does not
+filter the position: the vehicle steers by the fused estimate.
 """
 
 from math import ceil, cos, exp, floor, pi, sin
@@ -35,28 +35,30 @@ from ..reckoning import (
     way_since,
 )
 
-# s: a fix weighs 1/e when this old. With 5 to 30 s a BlueROV2 keeps its path equally well; a REMUS
-# with fixes three seconds apart wants 20 s or more.
+# s: a fix of this age weighs 1/e.  A BlueROV2 keeps its path equally well with 5 to 30 s; a REMUS
+# with a fix each 3 s needs 20 s or more.
 MEMORY = 20.0
-# The memory is a third of the time since the start as long as that is shorter, a second at least:
-# the line turns quickly while it is short, and noise of the first fix is no current.
+# At first the memory is a third of the time since the start, at least 1 s: the line adapts quickly
+# while it is short, and noise of the first fix does not count as current.
 YOUNG, YOUNGEST = 3.0, 3.0
 
-# s over which who keeps a station averages its fixes
+# s over which a vessel on station averages its fixes
 FIX_MEMORY = 5.0
 
-AT_ONCE = 1e-9  # s, between two looks, at least
+AT_ONCE = 1e-9  # s, the least time between two fixes
 
-# What is remembered: the sum of corrections last seen (m), the line's end there (m) and its slope
-# (m/s), north and east; when that was (s)
+# The fitted line: the last sum of corrections (m), the line's end (m) and slope (m/s), north and
+# east; the instant of that (s)
 TREND = np.dtype(
     [("seen", "f8", (2,)), ("end", "f8", (2,)), ("rate", "f8", (2,)), ("seen_at", "f8")]
 )
 
 
 class Posture(NamedTuple):
-    """How a vehicle lies in the water, as its sensors tell: depth (m), roll, pitch, and yaw by
-    compass (rad), its turning about its own axes (rad/s), and what sines and cosines there are.
+    """The attitude and depth that the sensors measure.
+
+    Depth (m); roll, pitch, and yaw by compass (rad); body rates (rad/s); sines and cosines of the
+    angles.
     """
 
     depth: float
@@ -75,12 +77,12 @@ class Posture(NamedTuple):
 
 
 class Sensed(NamedTuple):
-    """What a vehicle knows at an instant, and steers by; all that an autopilot may look at.
+    """Everything that an autopilot may read at an instant.
 
-    Its `posture`; how fast it sinks (m/s); the offset from its station (m) by estimate or GNSS, and
-    the velocity that its log measures (m/s), north and east; that ahead and to starboard of the
-    hull (a REMUS asks for the one through the water); and how fast the water carries it beyond what
-    the log measures, as far as fixes show (m/s).
+    `posture`; descent rate `sinking` (m/s); offset from the station (m) by estimate or GNSS;
+    velocity by log (m/s), north and east, then ahead and to starboard of the hull (for a REMUS
+    through the water); and the drift (m/s) `set_n`, `set_e` beyond what the log measures, as fixes
+    reveal it.
     """
 
     posture: Posture
@@ -96,10 +98,10 @@ class Sensed(NamedTuple):
 
 
 class SteeringDrift(NamedTuple):
-    """How wrong the dead reckoning is by which vehicles steer.
+    """The errors of the dead reckoning by which vehicles steer.
 
-    `through_water` if the log has no bottom lock and misses the current, which is then in the
-    `walks` of `wrong`.  Biases that change are held for a control interval each.
+    With `through_water` the log has no bottom lock and misses the current, which is then part of
+    the `walks` of `wrong`.  Biases that change are constant within a control interval.
     """
 
     wrong: Wrong
@@ -107,8 +109,8 @@ class SteeringDrift(NamedTuple):
 
 
 class Craft(NamedTuple):
-    """How vehicles of a model move: their equations by number, how many numbers a state has, the
-    control interval (s), the step (s) of the integration, and how many of them an interval has.
+    """How vehicles of a model are integrated: equations by number, size of a state, control
+    interval (s), integration step (s), steps per interval.
     """
 
     model: int
@@ -119,9 +121,10 @@ class Craft(NamedTuple):
 
 
 class NavigationState(NamedTuple):
-    """What vehicles know of their places, each in its row: how wrong that is (m), what fixes have
-    put right (m), what a filter has learnt, if it `has_learnt`; and the logs, whose first lines say
-    where they began.
+    """The position knowledge of all vehicles, a row each.
+
+    Errors of dead reckoning and of GNSS `noise` (m), `corrections` by fixes (m), the drift `learnt`
+    by a filter if it `has_learnt`, and the `logs`, whose first lines hold the starts.
     """
 
     drift: SteeringDrift
@@ -134,19 +137,19 @@ class NavigationState(NamedTuple):
 
 @inlined
 def within(value: float, limit: float) -> float:
-    """Return a command, or the limit (of either sign) that it exceeds."""
+    """Return a value clipped to +-limit."""
     return min(max(value, -limit), limit)
 
 
 @inlined
 def half_turn(angle: float) -> float:
-    """Return the turn of at most half a circle (rad) that leads through an angle."""
+    """Return the equal angle (rad) within +-half a turn."""
     return angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5)
 
 
 @compiled
 def average_fixes(sensed: Sensed, interval: float, memory: Row) -> None:
-    """Average noisy fixes (m, off the station) in a memory, carried along by the velocity."""
+    """Average noisy fixes (m, off the station) in a memory that moves with the velocity by log."""
     share = interval / FIX_MEMORY
     memory.off_n += share * (sensed.off_n - memory.off_n) + interval * sensed.log_n
     memory.off_e += share * (sensed.off_e - memory.off_e) + interval * sensed.log_e
@@ -155,10 +158,10 @@ def average_fixes(sensed: Sensed, interval: float, memory: Row) -> None:
 def for_fleet(
     model: str, drift: SteeringDrift | None, count: int, duration: float, control: float
 ) -> SteeringDrift:
-    """Return the drift of each of `count` vehicles; none at all for None.
+    """Return the drift of each of `count` vehicles; without errors for None.
 
-    Raises ValueError for a walk that is not given for each vehicle up to the end (`duration`, s),
-    or biases that are held for anything but an interval of `control` (s).
+    Raises ValueError for walks that do not cover each vehicle up to `duration` (s), or biases that
+    change at other instants than control intervals (`control`, s).
     """
     if drift is None:
         return SteeringDrift(steady(np.zeros((count, 2, 2)), 1.0, (0.0, 0.0), False))
@@ -181,7 +184,7 @@ def for_fleet(
 
 @inlined
 def posture(vehicle: MovedVehicle, turned: float) -> Posture:
-    """Return how a vehicle lies, whose compass is off by an angle (rad)."""
+    """Return the posture of a vehicle whose compass is off by an angle `turned` (rad)."""
     state, angles = vehicle.state, vehicle.angles
     dives = state.size >= forces.PITCHING_STATE
     yaw = state[5 if dives else 2] + turned
@@ -202,12 +205,12 @@ def posture(vehicle: MovedVehicle, turned: float) -> Posture:
 
 @compiled
 def learn_drift(time: float, north: float, east: float, line: Row) -> None:
-    """Take in an AUV's sum of corrections (m) at an instant (s); nothing happens between fixes.
+    """Take in an AUV's sum of corrections (m) at an instant (s); between fixes nothing changes.
 
-    `line`, a TREND, is zero at first, and begins with the first fix, which may put right a wrong
-    initial position. With k = exp(-T / memory) after T without a fix, its end takes 1 - k^2 of what
-    it is off, its slope (1 - k)^2 / T: at equal intervals that is least squares with fading weights
-    (critically damped g-h filter, Brookner 1998, Tracking and Kalman Filtering Made Easy).
+    `line`, a TREND, is zero until the first fix, which may correct a wrong initial position.  With
+    k = exp(-T / memory) after T without a fix, its end moves by 1 - k^2 of the residual, its slope
+    by (1 - k)^2 / T of it: at equal intervals this is least squares with fading weights (critically
+    damped g-h filter, Brookner 1998, Tracking and Kalman Filtering Made Easy).
     """
     if north == line.seen[0] and east == line.seen[1]:
         return
@@ -228,10 +231,11 @@ def sense(
     craft: Craft, number: int, vehicle: MovedVehicle, line: Floats, flow: tuple[float, float],
     interval: int, current: Current, known: NavigationState, vessel: Row,
 ) -> Sensed:  # fmt: skip
-    """Return what the vehicle of a number knows at the beginning of a control interval.
+    """Return what the vehicle `number` knows at the beginning of a control interval.
 
-    It is true but for the heading, which is by compass.  Ahead and to starboard the log of a REMUS
-    measures the velocity through the water in any case: `flow` is the current so (m/s).
+    Attitude and rates are true but for the heading, which is by compass.  The log of a REMUS always
+    measures the velocity ahead and to starboard through the water; `flow` (m/s) is the current
+    there.
     """
     time, order, wrong = interval * craft.control, vessel.order, known.drift.wrong
     lies = posture(vehicle, wrong.skews[number].turned)
@@ -272,12 +276,12 @@ def _read_log(
     moved: tuple[float, float], through: tuple[float, float], heading: tuple[float, float],
     wrong: Wrong, vehicle: int, interval: int,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """Return what a velocity log measures (m/s), bias included, north, east, ahead, to starboard.
+    """Return the velocity (m/s) that a log measures, with bias: north, east, ahead, to starboard.
 
-    A log without error would measure `moved` north and east, and `through` ahead and to starboard;
-    `heading` are cosine and sine of the yaw by compass. The random walk of dead reckoning is left
-    to the position: it is faster than the loops, and as noise of this velocity changes path errors
-    of a BlueROV2 by 0.02 m at most.
+    An errorless log would measure `moved` north and east, and `through` ahead and to starboard;
+    `heading` holds cosine and sine of yaw by compass.  The random walk of dead reckoning enters the
+    position only: it is faster than the control loops, and as noise of this velocity changes path
+    errors of a BlueROV2 by at most 0.02 m.
     """
     held, factor = min(interval, wrong.biases.shape[1] - 1), wrong.skews[vehicle].factor
     forward, starboard = wrong.biases[vehicle, held, 0], wrong.biases[vehicle, held, 1]
@@ -297,10 +301,9 @@ def _read_log(
 def _set_of(
     frame: tuple[float, float], log: tuple[float, float], assumed: ExpectedDrift
 ) -> tuple[float, float]:
-    """Return how fast water and bias carry the vehicle beyond what its log measures (m/s).
+    """Return the drift (m/s), north and east, beyond the velocity `log`, as a filter has learnt it.
 
-    As a filter has learnt it; `frame` are cosine and sine of that in which the bias is constant,
-    `log` what is measured along x and y.
+    `frame` holds cosine and sine of the rotation of the frame in which the bias is constant.
     """
     c_turn, s_turn = frame
     ahead, aside = (

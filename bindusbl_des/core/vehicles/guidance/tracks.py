@@ -1,8 +1,8 @@
-"""Planned paths as guidance reads them: where on its path a vehicle is, and how far beside it.
+"""Planned paths as guidance reads them: where on its path a vehicle is, and its cross-track error.
 
-A path is rows of constant curvature, one after the other in one array for the whole fleet. A
-vehicle is on one row at a time and never returns to an earlier one, so a neighbouring lane, however
-close, is not mistaken for its own; within its row it is wherever the row comes closest.
+A path is rows of constant curvature; one array holds the rows of the whole fleet.  A vehicle is on
+one row at a time and never returns to an earlier one, so that it does not mistake a neighbouring
+lane, however close, for its own.  Within its row it is at the closest point.
 """
 
 from collections.abc import Sequence
@@ -16,21 +16,21 @@ from ...geometry.paths import PATH_ROW, Path, path_rows
 from ...records.rows import Row, Rows
 from .sensing import half_turn
 
-# Where a vehicle's rows lie: the first, the one past the last, and where a tour begins again (or
-# -1); where a vehicle is: row, metres into it, metres of whole tours behind it
+# The rows of a vehicle's path: the first, the one past the last, and the row where a tour repeats
+# (or -1).  Its progress: row, distance along it (m), distance of completed laps (m)
 BOUNDS = np.dtype([("first", "i8"), ("end", "i8"), ("again", "i8")])
 PROGRESS = np.dtype([("row", "i8"), ("along", "f8"), ("lapped", "f8")])
 
-# Rows that bend less (1/m) are straight: of places about a centre that far off nothing is left.
+# Rows of less curvature (1/m) are straight: about so distant a centre, positions lose all digits.
 FLAT = 1e-10
 
 ROWS_AT_ONCE = 16  # a fix may carry a vehicle past this many rows, no further
-SURELY = 1e-6  # m: what is farther by this is farther, however distances were rounded
+SURELY = 1e-6  # m: a difference of distances larger than this is no rounding
 
 
-# A row of a path, cosine and sine of the heading at its beginning, and where that lies as seen from
-# the centre of its circle (m); that centre and its radius (m), of a straight row those of a circle
-# about it
+# A row of a path; cosine and sine of the heading at its beginning, and the position of that from
+# the centre of its circle (m); centre and radius (m) of the circle, or of one that encloses a
+# straight row
 _NUMBERS = ("cosine", "sine", "centred_x", "centred_y", "centre_x", "centre_y", "radius")
 TRACK_ROW = np.dtype([*PATH_ROW.descr, *((name, "f8") for name in _NUMBERS)])
 
@@ -43,9 +43,10 @@ class PathTracks(NamedTuple):
 
 
 class PathPoint(NamedTuple):
-    """A place on its path: cross-track error (m, positive to starboard), the path's heading (rad)
-    with its cosine and sine, and curvature (1/m, positive to starboard) there, and what is left of
-    the path (m).
+    """The closest point of a path.
+
+    Cross-track error (m, positive to starboard); heading of the path (rad) with cosine and sine,
+    and its curvature (1/m, positive to starboard); distance left on the path (m).
     """
 
     cross: float
@@ -57,7 +58,7 @@ class PathPoint(NamedTuple):
 
 
 def nowhere(count: int) -> PathTracks:
-    """Return the paths of vehicles that keep stations: no rows at all."""
+    """Return empty paths, for vehicles that keep stations."""
     return PathTracks(np.zeros(0, dtype=TRACK_ROW), np.zeros(count, dtype=BOUNDS))
 
 
@@ -93,7 +94,7 @@ def pack(paths: Sequence[Path]) -> PathTracks:
 
 @compiled
 def _into(row: Row, north: float, east: float, near: float) -> float:
-    """Return how far into a row (m) it comes closest to a place; on a circle, close to `near`."""
+    """Return how far along a row (m) it is closest to a position; on a circle, near `near`."""
     bend = row.curvature
     if bend == 0.0:
         along: float = (north - row.x) * row.cosine + (east - row.y) * row.sine
@@ -113,15 +114,14 @@ def _next(row: int, bounds: Row) -> int:
 
 @compiled
 def locate(rows: Rows, bounds: Row, progress: Row, north: float, east: float) -> PathPoint:
-    """Find a place (m) on its path.
+    """Return the closest point of a path to a position (m), and update `progress`.
 
-    `progress` is where the vehicle was before, and is brought up to date. Before the
-    beginning of an arc and past a path's end the path is taken as straight; a tour has no end, and
-    what is left of it is infinite. Source: Fossen 2021, section 12.5 (path-tangential frame).
+    Before the beginning of an arc and past a path's end, the path continues straight; a tour has no
+    end, and an infinite distance left.  Source: Fossen 2021, section 12.5 (path-tangential frame).
     """
     row = progress.row
-    # A believed place may jump beyond a tight circle's centre: measured from within the arc, that
-    # is no turn backwards which would have to be unwound.
+    # An estimated position may jump beyond the centre of a tight circle: measured from within the
+    # arc, this does not count as a turn backwards, which the vehicle would have to undo.
     near = min(max(progress.along, 0.0), rows[row].length)
     into = _into(rows[row], north, east, near)
     for _ in range(ROWS_AT_ONCE):
@@ -175,7 +175,7 @@ def bend_ahead(rows: Rows, bounds: Row, progress: Row, ahead: float) -> float:
 
 @compiled
 def travelled(rows: Rows, progress: Row) -> float:
-    """Return how far along its path, whole tours included, a vehicle has come (m)."""
+    """Return the distance (m) along its path that a vehicle has come, completed laps included."""
     distance: float = progress.lapped + rows[progress.row].begin + progress.along
     return distance
 
@@ -202,7 +202,7 @@ def _distance_to(row: Row, north: float, east: float) -> float:
 
 @inlined
 def _may_be_within(distance: float, row: Row, north: float, east: float) -> bool:
-    """Tell whether a row of a path may be so near to a place (m): the disc is, in which it is."""
+    """Tell whether a row may be closer than `distance` (m) to a position (m), by its circle."""
     ahead, aside = north - row.centre_x, east - row.centre_y
     reach = row.radius + distance + SURELY
     within: bool = ahead * ahead + aside * aside <= reach * reach
@@ -211,7 +211,7 @@ def _may_be_within(distance: float, row: Row, north: float, east: float) -> bool
 
 @compiled
 def distance_from(rows: Rows, bounds: Row, row: int, north: float, east: float) -> float:
-    """Return the distance (m) of a place from the row that is flown and the two beside it."""
+    """Return the distance (m) of a position from the active row of a path and the two beside it."""
     nearest = _distance_to(rows[row], north, east)
     last_of_lap = bounds.end - 1 if row == bounds.again else -1
     before = row - 1 if row > bounds.first else -1

@@ -1,14 +1,14 @@
-"""BlueROV2 Heavy, a hovering vehicle with eight thrusters, flown one velocity at a time.
+"""BlueROV2 Heavy, a hovering vehicle with eight thrusters, controlled by velocity.
 
-State as RIGID (m, rad, m/s, rad/s; velocities over ground in body axes, origin at the centre of
-gravity); command the wrench X, Y, Z (N), K, M, N (N m), applied as given. Course-unstable at every
-speed and pitch-unstable above 0.5 m/s: it needs its controllers.
-Source: von Benzon et al. 2022, An open-source benchmark simulator: control of a BlueROV2 underwater
-robot, J. Mar. Sci. Eng. 10(12), Table A1, as transcribed publicly (thruster positions, too).
+State: RIGID (m, rad, m/s, rad/s; velocities over ground in body axes, origin at the centre of
+gravity).  Command: the wrench X, Y, Z (N), K, M, N (N m), applied as given.  The hull is
+course-unstable at every speed and pitch-unstable above 0.5 m/s: it needs its controllers. Source:
+von Benzon et al. 2022, An open-source benchmark simulator: control of a BlueROV2 underwater robot,
+J. Mar. Sci. Eng. 10(12), Table A1, as transcribed publicly (thruster positions, too).
 
-It points along the path, not along its course: sway carries it against the current. Its thrusters
-are shared out before anything is commanded, and what an axis cannot get its integrator is not told.
-Gains: own design, checked at 5 to 50 Hz in currents up to 0.2 m/s.
+The vehicle heads along its path, not its course: sway carries it against the current.  Thrust is
+shared among the axes before it is commanded; the integrator of an axis that gets less than it wants
+stops.  Gains: own design, checked at 5 to 50 Hz in currents up to 0.2 m/s.
 """
 
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ from .forces import Coefficients, Current, Model
 
 @dataclass(frozen=True)
 class BlueRov2:
-    """What the BlueROV2 Heavy weighs and displaces, and how the water resists it.
+    """Mass, buoyancy, inertia and damping of the BlueROV2 Heavy.
 
-    Units kg, m3, kg/m3, m/s2, m, kg m2, N; added masses positive; `*_drag_linear` N per m/s or
-    N m per rad/s, `*_drag_quadratic` the same per square; `cb_above_cg_m` how far the centre of
-    buoyancy lies above the centre of gravity. `thruster_limit_n` is the most that one thruster
-    gives, for controllers to obey: the equations of motion do not read it.
+    Units kg, m3, kg/m3, m/s2, m, kg m2, N; added masses positive; `*_drag_linear` N per m/s or N m
+    per rad/s, `*_drag_quadratic` the same per square; `cb_above_cg_m` is the height of the centre
+    of buoyancy above the centre of gravity.  `thruster_limit_n` is the largest thrust of one
+    thruster, for controllers: the equations of motion do not read it.
     """
 
     # von Benzon et al. 2022, Table A1
@@ -135,10 +135,10 @@ YAW_SHARE, SWAY_SHARE, PITCH_SHARE, ROLL_SHARE = 0.5, 0.5, 0.75, 0.15
 
 ACCELERATION = 0.15  # m/s2, how the demanded speed grows from rest
 LOOKAHEAD = 1.0  # m, the distance in which a cross-track error is steered out
-# Of the speed asked for: where fixes show that less of it is made along the path over ground, it
+# Share of the ordered speed: if fixes show less speed over ground along the path, the vehicle
 # pushes harder against the current
 LEAST_HEADWAY = 0.5
-STOPPING = 0.5  # 1/s: at the path's end, speed is this times what is left
+STOPPING = 0.5  # 1/s: at the path's end, speed is this times the distance left
 BACKING = 0.2  # m/s, fastest return to an end overshot
 SURGE_GAIN, SWAY_GAIN = 40.0, 80.0  # N per m/s
 SURGE_INTEGRAL, SWAY_INTEGRAL = 15.0, 40.0  # N/s per m/s
@@ -147,16 +147,14 @@ DEPTH_GAIN, DEPTH_RATE_GAIN, DEPTH_INTEGRAL, DEPTH_INTEGRAL_LIMIT = 40.0, 30.0, 
 ROLL_GAIN, ROLL_RATE_GAIN = 8.0, 3.0  # N m, rad, s
 PITCH_GAIN, PITCH_RATE_GAIN = 12.0, 3.0  # N m, rad, s; the hull alone is unstable above 0.5 m/s
 
-# What the controller remembers: integrators (N north, N east, N m, N) and the demanded speed (m/s)
+# Memory of the controller: integrators (N north, N east, N m, N) and the demanded speed (m/s)
 MEMORY = np.dtype([(name, "f8") for name in ("north", "east", "turn", "sink", "speed")])
 
 
 def _begin(
     hull: Coefficients, speed: float, current: Floats, missed: float, memory: Row, state: Floats
 ) -> None:
-    """Start at rest over ground, or in the water if its log sees only that, with the thrust that
-    holds the depth.
-    """
+    """Start at rest over ground, or in the water if the log sees only that, in vertical trim."""
     c_yaw, s_yaw = cos(state[5]), sin(state[5])
     north, east = missed * current
     state[6], state[7] = c_yaw * north + s_yaw * east, c_yaw * east - s_yaw * north
@@ -165,10 +163,10 @@ def _begin(
 
 @compiled
 def share_thrust(wanted: Floats, most: float, given: Floats) -> tuple[bool, bool, bool, bool, bool]:
-    """Give each axis what the thrusters have left for it: `given` (6,) of `wanted` X..N (N, N m).
+    """Write to `given` (6,) what the thrusters can give of the wrench `wanted` X..N (N, N m).
 
-    No thruster exceeds `most` (N): the sums below are what the hardest working one of each plane
-    gives. Returned is whether surge, sway, heave, yaw, and roll or pitch got less than wanted.
+    No thruster exceeds `most` (N): the sums below are the thrust of the hardest working thruster of
+    each plane.  Returns whether surge, sway, heave, yaw, and roll or pitch got less than wanted.
     """
     given[5] = within(wanted[5], YAW_SHARE * most / PER_YAW)
     left = most - PER_YAW * abs(given[5])
@@ -198,13 +196,13 @@ def steer(
     sensed: Sensed, aim: PathPoint, order: Row, interval: float, p: Row, memory: Row,
     work: Floats, command: Floats,
 ) -> bool:  # fmt: skip
-    """Write the wrench that carries the vehicle along its path at the speed (m/s) ordered, by its
-    log; `work` (6,). Returns whether any axis was saturated.
+    """Write the wrench that moves the vehicle along its path at the ordered speed (m/s) by log.
 
-    Wanted velocity U (cos d t - sin d n) - w_n n, d = atan(y_e / lookahead), along the path's
-    tangent t and normal n (line of sight, Fossen 2021, section 12.4), w the current that the log
-    misses, as far as fixes have shown; velocity errors are fed back in the heading frame and
-    integrated in North-East, so that nothing unwinds in a turn.
+    Wanted velocity: U (cos d t - sin d n) - w_n n, d = atan(y_e / lookahead), along the path's
+    tangent t and normal n (line of sight, Fossen 2021, section 12.4); w is the current that the log
+    misses, as fixes reveal it.  Velocity errors are fed back in the heading frame and integrated in
+    North-East, so that integrators keep their value in a turn.  `work` is (6,).  Returns whether an
+    axis was saturated.
     """
     posture, cross, left = sensed.posture, aim.cross, aim.left
     c_path, s_path = aim.cosine, aim.sine
@@ -246,7 +244,7 @@ def steer(
     work[4] = -PITCH_GAIN * posture.pitch - PITCH_RATE_GAIN * posture.pitching
     work[5] = twist
     surge, sway, heave, yaw, tilt = share_thrust(work, p.thruster_limit_n, command)
-    # an axis that is saturated learns nothing
+    # the integrator of a saturated axis stops
     grow_u = 0.0 if surge else SURGE_INTEGRAL * error_u * interval
     grow_v = 0.0 if sway else SWAY_INTEGRAL * error_v * interval
     memory.north += c_yaw * grow_u - s_yaw * grow_v
@@ -260,17 +258,17 @@ def steer(
     return surge or sway or heave or yaw or tilt
 
 
-# The turn that a path may ask for: at its beginning the heading lags by at most this (rad)
+# At the beginning of the tightest turn, the heading lags by at most this (rad)
 HEADING_LAG = 0.13  # 7.5 deg, at which a push along the path leaves it by an eighth of itself
 
 
 def smallest_turn(p: Coefficients, speed: float) -> float:
-    """Return the tightest circle (m) that the vehicle follows at a speed (m/s).
+    """Return the radius (m) of the tightest circle that the vehicle follows at a speed (m/s).
 
-    The largest of three: where the centripetal force takes the whole share of sway, where drag in
-    yaw takes the share of yaw, and where a circle's sudden beginning leaves the heading behind by
-    HEADING_LAG. A yaw loop with natural frequency w and damping z lags behind a step in yaw rate
-    by rate / w exp(-z / sqrt(1 - z^2) acos z) at most.
+    The largest of three: where the centripetal force needs the whole share of sway, where drag in
+    yaw needs the share of yaw, and where the sudden beginning of a circle leaves the heading behind
+    by HEADING_LAG.  A yaw loop with natural frequency w and damping z lags behind a step in yaw
+    rate by at most rate / w exp(-z / sqrt(1 - z^2) acos z).
     """
     sideways = p.m1 * speed**2 * PER_PUSH / (SWAY_SHARE * p.thruster_limit_n)
     yaw_rate = (

@@ -23,11 +23,11 @@ from .forces import Current, Model
 
 @dataclass(frozen=True)
 class CyberShip2:
-    """What CyberShip II weighs and how the water resists it.
+    """Mass, inertia and damping of CyberShip II.
 
-    Units kg, kg m2, m; added masses positive. Drag coefficients are forces (N) or moments (N m)
-    per power of m/s and rad/s, positive where they resist; `sway_drag_by_yaw_rate` and the like
-    are the cross terms Y_r, Y_|r|v, Y_|v|r, Y_|r|r and their moments N_*.
+    Units kg, kg m2, m; added masses positive.  Drag coefficients are forces (N) or moments (N m)
+    per power of m/s and rad/s, positive where they resist; `sway_drag_by_yaw_rate` and the like are
+    the cross terms Y_r, Y_|r|v, Y_|v|r, Y_|r|r and their moments N_*.
     """
 
     # Skjetne, Smogeli & Fossen 2004, table of rigid-body and added mass
@@ -62,7 +62,7 @@ class CyberShip2:
 def accelerate(
     state: Floats, angles: Floats, command: Floats, current: Current, p: Row, out: Floats
 ) -> None:
-    """Write the rates of the ship's velocities into `out[3:]`: D(nu_r) by sway and by yaw rate."""
+    """Write the rates of the ship's velocities into `out[3:]`, with damping D(nu_r)."""
     u_c, v_c = forces.along_level_body(current, angles)
     u, v, r = state[3] - u_c, state[4] - v_c, state[5]
     au, av, ar = abs(u), abs(v), abs(r)
@@ -84,10 +84,10 @@ FREQUENCY, DAMPING = 0.2, 1.0  # rad/s, position
 LEARNING = 0.1  # of frequency times stiffness: the integrator (Fossen 2021, algorithm 15.1)
 YAW_FREQUENCY, YAW_DAMPING = 0.8, 1.0  # rad/s: above the 0.2 rad/s at which the hull runs away
 TURNING, FASTEST_TURN = 0.1, 0.05  # rad/s per N pushing across, and rad/s: slower than position
-PUSHED = 0.03  # N from astern: it lies the wrong way round, in a current above 0.03 m/s
+PUSHED = 0.03  # N from astern: the ship must turn round; a current above 0.03 m/s
 
-# What the controller remembers: averaged offset from station (m), integrators (N, N, N m), heading
-# wanted (rad), whether it has begun
+# Memory of the controller: averaged offset from station (m), integrators (N, N, N m), wanted
+# heading (rad), whether it has begun
 _NUMBERS = ("off_n", "off_e", "push_n", "push_e", "twist", "bow")
 MEMORY = np.dtype([(name, "f8") for name in _NUMBERS] + [("begun", "?")])
 
@@ -96,8 +96,8 @@ MEMORY = np.dtype([(name, "f8") for name in _NUMBERS] + [("begun", "?")])
 def steer(sensed: Sensed, interval: float, p: Row, memory: Row, command: Floats) -> bool:
     """Write surge and sway force (N) and yaw moment (N m) that keep the ship at its station.
 
-    It knows its offset from there by GNSS and its velocity over ground. Returns whether an axis was
-    saturated; its integrator then waits.
+    The controller reads the offset by GNSS and the velocity over ground.  Returns whether an axis
+    was saturated; its integrator then stops.
     """
     posture, north_rate, east_rate = sensed.posture, sensed.log_n, sensed.log_e
     if not memory.begun:
@@ -115,8 +115,8 @@ def steer(sensed: Sensed, interval: float, p: Row, memory: Row, command: Floats)
     push_v = memory.push_e * c_yaw - memory.push_n * s_yaw
     surge = push_u - stiff_u * off_u - brake * p.m11 * u
     sway = push_v - stiff_v * off_v - brake * p.m22 * v
-    # the hull is pushed across far more easily than along, so the direction of the push misleads:
-    # the bow turns until nothing pushes across
+    # water pushes the hull across far more easily than along, so the direction of the force is
+    # misleading: the bow turns until no force is left across
     turning = within(TURNING * sway, FASTEST_TURN)
     if push_u < -PUSHED:
         turning = copysign(FASTEST_TURN, sway)

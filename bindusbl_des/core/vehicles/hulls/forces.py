@@ -1,11 +1,11 @@
-"""What moves any hull through the sea: M nu_dot + C(nu) nu + D(nu) nu + g(eta) = tau (Fossen).
+"""Equations of motion that all hulls share: M nu_dot + C(nu) nu + D(nu) nu + g(eta) = tau (Fossen).
 
 eta is position and attitude (North-East-Down; yaw clockwise from North), nu the velocity in body
-axes (x forward, y starboard, z down; m/s, rad/s).  A state has nu over ground; forces are of nu_r,
-the velocity through the water, which flows uniformly, horizontally and constantly.  A hull adds its
-coefficients, its damping D and its thrust tau; what is the same for all stands here, in six degrees
-of freedom for AUVs and in three (surge, sway, yaw) for ASVs.  Source: Fossen 2021, Handbook of
-Marine Craft Hydrodynamics and Motion Control, chapters 2 (kinematics), 3, 6 and 10 (currents).
+axes (x forward, y starboard, z down; m/s, rad/s).  A state holds nu over ground; forces depend on
+nu_r, the velocity through the water, whose current is uniform, horizontal and constant.  Each hull
+adds its coefficients, damping D and thrust tau.  AUVs have six degrees of freedom, ASVs three
+(surge, sway, yaw).  Source: Fossen 2021, Handbook of Marine Craft Hydrodynamics and Motion Control,
+chapters 2 (kinematics), 3, 6 and 10 (currents).
 """
 
 from collections.abc import Callable, Mapping
@@ -18,7 +18,7 @@ from ....support.arrays import Floats
 from ....support.compiled import inlined
 from ...records.rows import Row
 
-REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # which equations are taken
+REMUS100, REMUS100_PVS, BLUEROV2, OTTER, CYBERSHIP2 = range(5)  # equations by number
 
 RIGID = ("x", "y", "z", "phi", "theta", "psi", "u", "v", "w", "p", "q", "r")
 IN_PLANE = ("x", "y", "psi", "u", "v", "r")
@@ -27,13 +27,13 @@ PITCHING_STATE = len(RIGID)  # states this long or longer hold a pitch angle, in
 # 21 stations along the hull, one amidships (PythonVehicleSimulator crossFlowDrag)
 STATION_PAIRS = 10
 
-# What is known of an attitude: sines and cosines of roll, pitch and yaw.
+# Columns of an attitude's `angles`: sines and cosines of roll, pitch and yaw.
 S_PHI, C_PHI, S_THETA, C_THETA, S_PSI, C_PSI, ANGLES = range(7)
 
 Three = tuple[float, float, float]
 Six = tuple[float, float, float, float, float, float]
 
-# Coefficients of one hull by name, as Python reads them; compiled equations read a row of them.
+# Coefficients of one hull by name, for Python; compiled equations read a row of them.
 Coefficients = SimpleNamespace
 
 
@@ -45,8 +45,10 @@ class Current(NamedTuple):
 
 
 class MovedVehicle(NamedTuple):
-    """A vehicle while it is moved: its `state` and `command`, the `angles` and `rates` of that
-    state, the `total` of a step's rates, and the `probe` that feels them.
+    """Work arrays of a vehicle during integration.
+
+    `state` and `command`; `angles` and `rates` of the state; the `total` of a step's rates; the
+    `probe` state at which a stage evaluates them.
     """
 
     state: Floats
@@ -59,18 +61,18 @@ class MovedVehicle(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """A kind of vehicle: its equations by number, what its rows hold, and how it is steered.
+    """A vehicle model: its equations by number, the columns of its states and commands, its
+    steering.
 
-    `states` and `commands` name the columns.  `body` is the frozen parameter set, `derive` tells
-    what else the equations read of it.  `full_ahead` is the command that drives it straight ahead
-    with all it has.  It is integrated in steps of `step_s` (s), as it settles in those of
-    `settling_step_s`.
+    `body` is the frozen parameter set; `derive` returns further coefficients.  `full_ahead` is the
+    command for full speed straight ahead.  `step_s` (s) is the integration step of missions,
+    `settling_step_s` that of settling to a steady state.
 
-    Who follows paths has a `begin`, which writes its memory and state at a speed (m/s) in a current
-    (m/s), of which its log misses a share; and either a `smallest_turn`, the radius (m) at a speed
-    (m/s), or `hard_over`, the command of its tightest circle then: it cannot stop, makes its speed
-    through the water, and circles at the end of its path.  Who keeps a station is to stay in a
-    watch circle (m).
+    A model that follows paths has `begin`, which writes its memory and state at a speed (m/s) in a
+    current (m/s), of which its log misses a share.  It has either `smallest_turn`, the radius (m)
+    at a speed (m/s), or `hard_over`, the command of its tightest circle: the latter cannot stop,
+    keeps its speed through the water, and circles at the end of its path.  A model that keeps a
+    station stays in a watch circle (m).
     """
 
     name: str
@@ -89,33 +91,33 @@ class Model:
 
     @property
     def heading(self) -> int:
-        """Where yaw lies in a state."""
+        """The index of yaw in a state."""
         return self.states.index("psi")
 
     @property
     def velocity(self) -> slice:
-        """Where the body velocities over ground lie in a state."""
+        """The indices of body velocities over ground in a state."""
         return slice(
             self.states.index("u"), self.states.index("w" if "w" in self.states else "v") + 1
         )
 
     @property
     def autopilot(self) -> str:
-        """The name of what its autopilot remembers: that of the hull, whatever its equations."""
+        """The field of the autopilot's memory: the name of the hull, for any of its equations."""
         return self.name.removesuffix("_pvs")
 
     @property
     def follows(self) -> bool:
-        """Whether it follows paths; else it keeps a station."""
+        """Whether the model follows paths; otherwise it keeps a station."""
         return self.begin is not None
 
     @property
     def cannot_stop(self) -> bool:
-        """Whether only its way through the water steers it."""
+        """Whether the vehicle steers only while it moves through the water."""
         return self.hard_over is not None
 
     def coefficients(self, body: Any) -> Coefficients:
-        """Return all that the equations read of a parameter set."""
+        """Return all coefficients that the equations read, from a parameter set."""
         return SimpleNamespace(**asdict(body), **self.derive(body))
 
 
@@ -132,10 +134,10 @@ def masses_in_plane(body: Any) -> dict[str, float]:
 
 @inlined
 def move_rigid_body(state: Floats, angles: Floats, out: Floats) -> None:
-    """Write the six rates of position and attitude of a diving body into `out[:6]`.
+    """Write the six rates of position and attitude of a submerged body to `out[:6]`, and `angles`.
 
-    `state` begins with RIGID; its `angles` are written, too.  Singular at theta = +-90 deg.
-    Source: Fossen 2021 eq. 2.31 and 2.41.
+    `state` begins with RIGID.  Singular at theta = +-90 deg.  Source: Fossen 2021 eq. 2.31 and
+    2.41.
     """
     s_phi, c_phi = sin(state[3]), cos(state[3])
     s_theta, c_theta = sin(state[4]), cos(state[4])
@@ -197,8 +199,10 @@ def unbalanced(tau: Six, turned: Six, damped: Six) -> Six:
 
 @inlined
 def carry_along(state: Floats, current: Three, out: Floats) -> None:
-    """Add nu_c_dot = [-nu2 x nu_c; 0] to the rates of velocities: as the axes turn a current (m/s,
-    in body axes) changes.  Source: Fossen 2021, section 10.3.
+    """Add nu_c_dot = [-nu2 x nu_c; 0] to the rates of velocities.
+
+    The current nu_c (m/s, body axes) changes as the axes rotate.  Source: Fossen 2021, section
+    10.3.
     """
     u_c, v_c, w_c = current
     roll, pitch, yaw = state[9], state[10], state[11]
@@ -209,9 +213,9 @@ def carry_along(state: Floats, current: Three, out: Floats) -> None:
 
 @inlined
 def move_surface_craft(state: Floats, angles: Floats, out: Floats) -> None:
-    """Write the rates of North, East and yaw of a surface craft into `out[:3]`.
+    """Write the rates of North, East and yaw of a surface craft into `out[:3]`, and its `angles`.
 
-    `state` begins with IN_PLANE; its `angles` are written, too.
+    `state` begins with IN_PLANE.
     """
     s_psi, c_psi = sin(state[2]), cos(state[2])
     angles[S_PHI], angles[C_PHI], angles[S_THETA], angles[C_THETA] = 0.0, 1.0, 0.0, 1.0
@@ -253,12 +257,12 @@ def accelerate_in_plane(
 
 @inlined
 def cross_flow(v: float, r: float, length: float) -> tuple[float, float]:
-    """Return how hard water crossing the hull pushes: strip sums of |w|w dx and x|w|w dx.
+    """Return the strip sums of |w| w dx and x |w| w dx of water that crosses the hull.
 
-    `v` sway through the water (m/s), `r` yaw rate (rad/s), `length` of the hull (m); w = v + x r.
-    The sum of 21 strips, each a whole dx wide (the two at the ends as well), is part of the models
-    that use it; it exceeds the integral by 5 % in v and 16 % in r. Strips are taken in pairs about
-    amidships so that a hull that does not turn feels exactly no moment.
+    w = v + x r, with sway `v` through the water (m/s), yaw rate `r` (rad/s) and `length` (m).  The
+    sum of 21 strips, each a whole dx wide (also the two at the ends), is part of the models that
+    use it; it exceeds the integral by 5 % in v and 16 % in r.  Strips are added in pairs about
+    amidships, so that a hull that does not turn has exactly no moment.
     """
     width = length / (2 * STATION_PAIRS)
     force, moment = abs(v) * v, 0.0

@@ -1,14 +1,14 @@
-"""Otter, a two-metre catamaran on two propellers: the surface vehicle that listens to the AUVs.
+"""Otter, a two-metre catamaran with two propellers: the surface vehicle that hears the AUVs.
 
-State as IN_PLANE, then n1, n2 (m, rad, m/s, rad/s; velocities over ground in body axes; n1 port
-and n2 starboard propeller, rad/s); command n1, n2 (rad/s). Moves in the horizontal plane; has no
-way to push sideways. Source: reduction to three degrees of freedom of the Otter of
+State: IN_PLANE, then n1, n2 (m, rad, m/s, rad/s; velocities over ground in body axes; n1 port and
+n2 starboard propeller, rad/s).  Command: n1, n2 (rad/s).  It moves in the horizontal plane and
+cannot push sideways.  Source: reduction to three degrees of freedom of the Otter of
 PythonVehicleSimulator (Fossen, otter.py @c717e073), Munk moment kept.
 
-To keep its station it feels the sea by an integrator, lies with its bow against it like a
-weathervane, and bears away a little to move across. In still water it does not turn after every
-gust of noise: it rests within its watch circle and goes back when it has left it.
-Method: nonlinear PID with weathervaning, Fossen 2021, sections 15.2 and 15.3.
+To keep its station the controller integrates the force of the sea, points the bow against it like a
+weathervane, and bears away a little to move across.  In still water it does not follow noise: the
+Otter rests within its watch circle and returns when it has left it. Method: nonlinear PID with
+weathervaning, Fossen 2021, sections 15.2 and 15.3.
 """
 
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ from .forces import Current, Model
 
 @dataclass(frozen=True)
 class Otter:
-    """What the Otter weighs, how the water resists her and what her propellers give.
+    """Mass, inertia, damping and propellers of the Otter.
 
-    Units kg, m, kg m2, N, rad/s; added masses positive; `*_drag_linear` N per m/s or N m per
-    rad/s; `yaw_drag_quadratic` N m s2/rad2; `thrust_*` N s2/rad2.
+    Units kg, m, kg m2, N, rad/s; added masses positive; `*_drag_linear` N per m/s or N m per rad/s;
+    `yaw_drag_quadratic` N m s2/rad2; `thrust_*` N s2/rad2.
     """
 
     # otter.py: hull 55 kg and payload 25 kg, their centre of gravity and inertia about midships
@@ -60,7 +60,7 @@ class Otter:
 
 
 def _derived(otter: Otter) -> dict[str, float]:
-    """Return masses, drag of a strip of the hull, and the most that one propeller gives (N)."""
+    """Return masses, drag of a strip of the hull, and the largest thrust of one propeller (N)."""
     ahead, astern = otter.propeller_limit_ahead_rad_per_s, -otter.propeller_limit_astern_rad_per_s
     return {
         **forces.masses_in_plane(otter),
@@ -89,8 +89,10 @@ def _propeller(thrust: float, p: Row) -> float:
 def accelerate(
     state: Floats, angles: Floats, command: Floats, current: Current, p: Row, out: Floats
 ) -> None:
-    """Write the rates of the Otter's velocities and propellers into `out[3:]`: linear damping and
-    cross-flow; propellers follow their clipped command with a first-order lag.
+    """Write the rates of the Otter's velocities and propellers into `out[3:]`.
+
+    Damping is linear, with cross-flow; propellers follow their clipped command with a first-order
+    lag.
     """
     u_c, v_c = forces.along_level_body(current, angles)
     u, v, r = state[3] - u_c, state[4] - v_c, state[5]
@@ -108,16 +110,16 @@ def accelerate(
 
 WATCH_CIRCLE = 2.0  # m: leaving it sends the Otter back to within HOME
 HOME = 0.4  # m
-FAR = 10.0  # m, beyond which it is not drawn home any harder
+FAR = 10.0  # m, beyond which the demanded force grows no more
 FREQUENCY, DAMPING = 0.25, 1.0  # rad/s, position; Fossen 2021: 0.1 to 0.5 rad/s for station keeping
 LEARNING = 0.1  # of frequency times stiffness: the integrator (Fossen 2021, algorithm 15.1)
 YAW_FREQUENCY, YAW_DAMPING = 1.0, 0.9  # rad/s, four times that of position
-PUSHED, CALM = 6.0, 3.0  # N: against more it lies like a weathervane, under less it rests
-FARTHEST_OFF = 0.9  # rad by which it bears away at most while it lies so
+PUSHED, CALM = 6.0, 3.0  # N of sea: above the first it weathervanes, below the second it rests
+FARTHEST_OFF = 0.9  # rad by which it bears away at most while it weathervanes
 YAW_THRUST = 60.0  # N of difference between the propellers that steering may take: half of one
 
-# What the controller remembers: averaged offset from station (m), integrator (N), heading wanted
-# (rad), whether it lies like a weathervane, whether it is going back, whether it has begun
+# Memory of the controller: averaged offset from station (m), integrator (N), wanted heading (rad),
+# whether it weathervanes, whether it returns to its station, whether it has begun
 _NUMBERS = ("off_n", "off_e", "push_n", "push_e", "bow")
 MEMORY = np.dtype(
     [(name, "f8") for name in _NUMBERS] + [(name, "?") for name in ("is_vane", "returns", "begun")]
@@ -126,7 +128,7 @@ MEMORY = np.dtype(
 
 @compiled
 def _bow(north: float, east: float, memory: Row) -> tuple[float, bool]:
-    """Return the heading to take (rad) under a wanted force (N), and whether astern will do."""
+    """Return the heading (rad) for a wanted force (N), and whether the Otter may go astern."""
     push = hypot(memory.push_n, memory.push_e)
     off = hypot(memory.off_n, memory.off_e)
     if push > PUSHED:
@@ -153,8 +155,8 @@ def _bow(north: float, east: float, memory: Row) -> tuple[float, bool]:
 def steer(sensed: Sensed, interval: float, p: Row, memory: Row, command: Floats) -> bool:
     """Write the revolutions (rad/s) that keep the Otter at its station.
 
-    It knows its offset from there by GNSS and its velocity over ground. Returns whether a propeller
-    was saturated; the integrators then wait.
+    The controller reads the offset by GNSS and the velocity over ground.  Returns whether a
+    propeller was saturated; the integrators then stop.
     """
     posture = sensed.posture
     if not memory.begun:  # it has lain at its station for long

@@ -1,15 +1,15 @@
 """REMUS-100-class torpedo, 1.6 m long, steered by tail fins: the AUV that maps the sea floor.
 
-State as RIGID, then delta_r, delta_s, n_rpm (m, rad, m/s, rad/s, rad, rpm; velocities over ground
-in body axes, origin at the centre of buoyancy); command delta_r, delta_s (rad), n_rpm. A positive
-rudder turns to starboard, a positive stern plane dives.
-Source, unless a line says otherwise: PythonVehicleSimulator (Fossen, remus100.py @c717e073), which
-follows Fossen 2021, section 8.4.2, and Allen, Vorus & Prestero, OCEANS 2000; with the current
-entering consistently; `accelerate_pvs` keeps that program's treatment of currents.
+State: RIGID, then delta_r, delta_s, n_rpm (m, rad, m/s, rad/s, rad, rpm; velocities over ground in
+body axes, origin at the centre of buoyancy).  Command: delta_r, delta_s (rad), n_rpm.  A positive
+rudder turns to starboard, a positive stern plane dives. Source, unless a line says otherwise:
+PythonVehicleSimulator (Fossen, remus100.py @c717e073), which follows Fossen 2021, section 8.4.2,
+and Allen, Vorus & Prestero, OCEANS 2000; with the current entering consistently; `accelerate_pvs`
+keeps that program's treatment of currents.
 
-It is flown along its path by line of sight. Its speed is through the water: the propeller turns
-evenly and the current makes it faster or slower over ground. All loops are scheduled with that
-speed, since a fin's force goes with its square.
+The vehicle follows its path by line of sight.  Its speed is through the water: the propeller turns
+evenly, and the current changes the speed over ground.  All loops are scheduled with that speed,
+since the force of a fin is proportional to its square.
 """
 
 from dataclasses import dataclass, replace
@@ -74,7 +74,7 @@ class Remus100:
 
 
 def lamb_factors(slenderness: float) -> tuple[float, float, float]:
-    """Return the added mass of a spheroid along, across and in turning, over that of its water.
+    """Return the added mass of a spheroid along, across and in rotation, over the displaced mass.
 
     `slenderness` is diameter over length (below 1). Source: Fossen 2021, section 8.4.2 (Lamb 1932).
     """
@@ -88,8 +88,10 @@ def lamb_factors(slenderness: float) -> tuple[float, float, float]:
 
 
 def _derived(remus: Remus100) -> dict[str, float]:
-    """Return masses, M^-1, damping, and what hull, fins and propeller give per unit; ValueError if
-    it is too thick or top-heavy.
+    """Return masses, M^-1, damping, and forces of hull, fins and propeller per unit.
+
+    Raises:
+        ValueError: when the hull is too thick or top-heavy.
     """
     if remus.diameter_m >= remus.length_m:
         raise ValueError(
@@ -146,7 +148,7 @@ def _hull_drag(remus: Remus100) -> dict[str, float]:
 
 
 def _actuators(remus: Remus100) -> dict[str, float]:
-    """Return what fins and propeller give per unit of angle and revolution."""
+    """Return the forces of fins and propeller per unit of angle and revolution."""
     density, blade = remus.water_density_kg_per_m3, remus.propeller_diameter_m
     pressure_area = 0.5 * density * remus.fin_area_m2
     given = (1.0 - remus.thrust_deduction) * density * blade**4
@@ -166,7 +168,7 @@ def _actuators(remus: Remus100) -> dict[str, float]:
 
 @inlined
 def _turned(nu: Six, p: Row) -> Six:
-    """Return the Coriolis wrench C(nu_r) nu_r: all of the hull's, what PVS keeps of the water's.
+    """Return the Coriolis wrench C(nu_r) nu_r of the hull, with what PVS keeps of the water's.
 
     Of the added mass only -Z_w w p in sway, Y_v v p in heave and nu2 x (K_p p, M_q q, N_r r)
     remain: PVS deletes the Munk moment.
@@ -186,7 +188,7 @@ def _turned(nu: Six, p: Row) -> Six:
 
 @inlined
 def _resistance(nu: Six, p: Row) -> Six:
-    """Return what resists: linear damping, lift and drag in the vertical plane, cross-flow.
+    """Return the damping wrench: linear, lift and drag in the vertical plane, cross-flow.
 
     Surge and sway damping fade with speed, where lift and drag take over; heave damping does not.
     """
@@ -212,14 +214,14 @@ def _resistance(nu: Six, p: Row) -> Six:
 
 @inlined
 def _propulsion(nu: Six, inflow: float, fins: Three, p: Row) -> Six:
-    """Return what fins and propeller give; `inflow` is the speed (m/s) that feeds the propeller."""
+    """Return the wrench of fins and propeller; `inflow` is the propeller's speed of water (m/s)."""
     rudder, plane, revolutions = fins[0], fins[1], fins[2] / 60.0  # rpm -> 1/s
     u, v, w = nu[0], nu[1], nu[2]
     side = p.rudder * (u * u + v * v) * rudder
     lift = p.plane * (u * u + w * w) * plane
     thrust = p.thrust * revolutions * abs(revolutions)
     torque = p.torque * revolutions * abs(revolutions)
-    # astern, PVS lets the bollard values hold at all speeds
+    # astern, PVS uses the bollard values at all speeds
     advance = p.wake * inflow * revolutions
     if revolutions > 0.0:
         thrust += p.thrust_slope * advance
@@ -230,7 +232,7 @@ def _propulsion(nu: Six, inflow: float, fins: Three, p: Row) -> Six:
 
 @compiled
 def _resist(nu: Six, inflow: float, angles: Floats, state: Floats, p: Row, out: Floats) -> None:
-    """Write M^-1 of all forces into `out[6:12]`: accelerations as if the water stood still."""
+    """Write M^-1 of all forces into `out[6:12]`: accelerations but for the current's change."""
     s_phi, s_theta, c_theta = angles[forces.S_PHI], angles[forces.S_THETA], angles[forces.C_THETA]
     fins = (state[12], state[13], state[14])
     pushed, turned, held = _propulsion(nu, inflow, fins, p), _turned(nu, p), _resistance(nu, p)
@@ -247,7 +249,7 @@ def _resist(nu: Six, inflow: float, angles: Floats, state: Floats, p: Row, out: 
 
 @compiled
 def _follow(state: Floats, command: Floats, p: Row, out: Floats) -> None:
-    """Write how fins and propeller follow their clipped commands into `out[12:15]`."""
+    """Write the rates of fins and propeller, which lag their clipped commands, to `out[12:15]`."""
     for fin in range(2):
         wanted = min(max(command[fin], -p.fin_limit_rad), p.fin_limit_rad)
         out[12 + fin] = (wanted - state[12 + fin]) / p.fin_time_constant_s
@@ -259,10 +261,10 @@ def _follow(state: Floats, command: Floats, p: Row, out: Floats) -> None:
 def accelerate(
     state: Floats, angles: Floats, command: Floats, current: Current, p: Row, out: Floats
 ) -> None:
-    """Write the rates of velocities and actuators into `out[6:]`; all forces are of the water.
+    """Write the rates of velocities and actuators into `out[6:]`.
 
-    M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - g(eta).  Source: Fossen 2021,
-    eq. 6.42 and section 10.3.
+    M (nu_dot - nu_c_dot) = tau - C(nu_r) nu_r - D(nu_r) nu_r - g(eta).  Source: Fossen 2021, eq.
+    6.42 and section 10.3.
     """
     water = forces.along_body(current, angles)
     u, v, w = state[6] - water[0], state[7] - water[1], state[8] - water[2]
@@ -276,9 +278,10 @@ def accelerate(
 def accelerate_pvs(
     state: Floats, angles: Floats, command: Floats, current: Current, p: Row, out: Floats
 ) -> None:
-    """Write the rates as PythonVehicleSimulator has them: the current ignores roll and pitch.
+    """Write the rates as PythonVehicleSimulator computes them: the current ignores roll and pitch.
 
-    Its propeller is fed by the speed over ground. Equal to `derivative` in still water only.
+    The inflow of its propeller is the speed over ground.  Equal to :func:`accelerate` in still
+    water only.
     """
     u, v, w, yaw = state[6], state[7], state[8], state[11]
     u_c, v_c = forces.along_level_body(current, angles)
@@ -293,19 +296,19 @@ LOOKAHEAD = 10.0  # m, six lengths of the vehicle (Fossen 2021, section 12.4: th
 LEARNING = 0.1  # of the largest adaptation that does not overshoot, (U / 2 lookahead)^2
 CRAB_MEMORY = 1.0  # s over which the measured crab angle is averaged
 LARGEST_CRAB = 1.0  # rad
-LEAD = 0.4  # s, fin and yaw: the turn is begun this much before the path's
+LEAD = 0.4  # s, lag of fin and yaw: the vehicle begins a turn this much before the path does
 # rad/s: well above line of sight (U / lookahead), for the hull's sideslip follows slowly
 YAW_FREQUENCY, YAW_DAMPING = 2.0, 1.0
 PITCH_FREQUENCY, PITCH_DAMPING = 1.2, 0.9  # rad/s: the hull's own is 0.9 rad/s
 DEPTH_FREQUENCY = 0.2  # rad/s, a sixth of the pitch loop's
 STEEPEST = np.radians(20.0)  # demanded pitch
 SPEED_GAIN, SPEED_INTEGRAL = 10.0, 1.0  # 1/s per m/s, 1/s2 per m/s: 600 rpm per m/s
-SLOWEST = 0.3  # m/s at which fins are still scheduled; below, they would be asked for infinity
+SLOWEST = 0.3  # m/s, the least speed of the fins' schedule, which is singular at rest
 FIN_SHARE = 0.9  # of the planes for holding the demanded pitch; the rest damps
 
-# What the controller remembers: the propeller's revolutions in trim (1/s), which it is told at
-# first; averaged crab angle (rad), what line of sight has learnt (m/s north and east), depth
-# integral (rad), propeller integral (1/s), rudder asked for last (rad)
+# Memory of the controller: the propeller's revolutions in trim (1/s), set at the start; averaged
+# crab angle (rad), drift learnt by line of sight (m/s north and east), depth integral (rad),
+# propeller integral (1/s), last demanded rudder (rad)
 _NUMBERS = ("trim", "crab", "north", "east", "pitch", "turns", "rudder")
 MEMORY = np.dtype([(name, "f8") for name in _NUMBERS])
 
@@ -323,9 +326,9 @@ def _revolutions(hull: Coefficients, speed: float) -> float:
 def _begin(
     hull: Coefficients, speed: float, current: Floats, missed: float, memory: Row, state: Floats
 ) -> None:
-    """Start at cruise speed, drifting with the current, the propeller in trim.
+    """Start at cruise speed, drifting with the current, with the propeller in trim.
 
-    A vehicle that crosses the current begins with its bow on its path, not yet against the current.
+    The bow begins on the path, not yet against the current.
     """
     c_yaw, s_yaw = cos(state[5]), sin(state[5])
     state[6] = speed + c_yaw * current[0] + s_yaw * current[1]
@@ -340,10 +343,10 @@ def _heading(
 ) -> float:
     """Return the heading (rad) that leads back onto the path.
 
-    psi_d = psi_p - beta - atan(y_e / lookahead) - asin(w_n / U): beta the crab angle, course less
-    heading, averaged; w what is still carrying the vehicle off, learnt from the cross-track error
-    as a velocity in North-East, so that it holds on the lane back as well: w_dot = gamma lookahead
-    y_e / sqrt(lookahead^2 + y_e^2) n. Source: adaptive line of sight, Fossen 2023, IEEE Trans.
+    psi_d = psi_p - beta - atan(y_e / lookahead) - asin(w_n / U): beta is the averaged crab angle,
+    course less heading; w is the drift that is left, learnt from the cross-track error as a
+    velocity in North-East, so that it is valid on the lane back as well: w_dot = gamma lookahead
+    y_e / sqrt(lookahead^2 + y_e^2) n.  Source: adaptive line of sight, Fossen 2023, IEEE Trans.
     Control Systems Technology 31(6); its integral form is due to Borhaug et al. 2008.
     """
     cross, path_yaw = aim.cross, aim.yaw
@@ -371,10 +374,11 @@ def _planes(
     posture: Posture, depth: float, speed: float, authority: float, most: float, interval: float,
     p: Row, memory: Row,
 ) -> float:  # fmt: skip
-    """Return the stern plane angle (rad) that leads to the depth (m); pitch aims at it.
+    """Return the stern plane angle (rad) that leads to the depth (m) by a demanded pitch.
 
-    theta_d = w_z (z - z_d) / U + integral; planes cancel the hull's righting and damping in pitch
-    and put a well damped motion in their place. The integral waits while the pitch is limited.
+    theta_d = w_z (z - z_d) / U + integral.  The planes cancel the hull's righting and damping
+    moments in pitch and replace them by those of a well damped motion.  The integral stops while
+    the pitch is limited.
     """
     pitch_limit = min(STEEPEST, FIN_SHARE * authority * most / p.righting)
     deep = posture.depth - depth
@@ -395,18 +399,17 @@ def steer(
     sensed: Sensed, aim: PathPoint, turning: float, order: Row, interval: float, p: Row,
     memory: Row, command: Floats,
 ) -> bool:  # fmt: skip
-    """Write rudder, stern planes (rad) and rpm that carry the vehicle along its path.
+    """Write rudder, stern planes (rad) and rpm that move the vehicle along its path.
 
-    The course that it believes to make good is what its log measures and the current that the log
-    misses, as far as fixes have shown; `turning` is the path's yaw rate (rad/s) LEAD ahead; the
-    speed (m/s) ordered is that through the water. Returns whether rudder, planes or propeller was
-    saturated.
+    Its course follows from the log and the current that the log misses, as fixes reveal it;
+    `turning` is the path's yaw rate (rad/s) LEAD ahead; the ordered speed (m/s) is through the
+    water.  Returns whether rudder, planes or propeller was saturated.
     """
     posture, ahead, aside = sensed.posture, sensed.log_ahead, sensed.log_aside
     scheduled = max(ahead, SLOWEST)
     most = p.fin_limit_rad
     rudder_authority = p.stern * p.rudder * (scheduled * scheduled + aside * aside)
-    # line of sight learns nothing from an error that the rudder could not mend
+    # line of sight does not learn from an error while the rudder is saturated
     heading = _heading(sensed, aim, order.speed, interval, abs(memory.rudder) <= most, memory)
     _, twist = forces.cross_flow(aside, turning, p.length_m)
     acceleration = YAW_FREQUENCY**2 * half_turn(heading - posture.yaw)
@@ -422,7 +425,7 @@ def steer(
     if 0.0 <= turns <= fastest:
         memory.turns += SPEED_INTEGRAL * interval * slow
     command[0], command[1] = within(rudder, most), within(planes, most)
-    command[2] = min(max(turns, 0.0), fastest)  # never astern: its drag is not a fish's any more
+    command[2] = min(max(turns, 0.0), fastest)  # never astern, where the model is not valid
     full: bool = abs(rudder) > most or abs(planes) > most or turns > fastest
     return full
 

@@ -1,8 +1,8 @@
-"""Moving any hull through time: classical Runge-Kutta of fourth order.
+"""Integration of any hull: classical Runge-Kutta of fourth order.
 
-The boundaries of the steps lie at `start + k * step` (s) and at the instants of new commands, and
-nowhere else; what is asked in between is computed aside. So a vehicle moved once in a long while
-is bit for bit where it would be if moved at every tick.
+Boundaries of steps lie at `start + k * step` (s) and at the instants of new commands, and nowhere
+else; states in between are computed on copies.  So a vehicle that is moved rarely is bit for bit
+where it would be if moved at every tick.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ HULL = np.dtype([
     )
 ])  # fmt: skip
 
-# Within this part of a step of a boundary is on it: 5 ns of 50 ms, while 0.1 * 3 is not 0.3.
+# An instant within this part of a step of a boundary is on it: 5 ns of 50 ms (0.1 * 3 is not 0.3).
 SAME_INSTANT = 1e-7
 # Pitch (rad) beyond which Euler angles are no longer integrated: 89 deg. cos(89 deg) = 0.01745.
 STEEPEST = np.radians(89.0)
@@ -37,7 +37,7 @@ LONGEST_COMMAND = 6  # numbers
 
 
 def packed(hull: Coefficients) -> Rows:
-    """Return the coefficients of a hull as compiled equations read them: a single row."""
+    """Return the coefficients of a hull as one row of HULL, for compiled equations."""
     rows = np.zeros(1, dtype=HULL)
     for name, value in vars(hull).items():
         rows[name] = value
@@ -46,7 +46,7 @@ def packed(hull: Coefficients) -> Rows:
 
 @inlined
 def moving(size: int) -> MovedVehicle:
-    """Return room for a vehicle whose state has so many numbers."""
+    """Return empty work arrays for a vehicle whose state has `size` numbers."""
     return MovedVehicle(
         np.zeros(size), np.zeros(LONGEST_COMMAND), np.zeros(forces.ANGLES), np.zeros(size),
         np.zeros(size), np.zeros(size),
@@ -55,7 +55,7 @@ def moving(size: int) -> MovedVehicle:
 
 @inlined
 def look(state: Floats, angles: Floats, rates: Floats) -> None:
-    """Write the angles of a state, and the rates of place and attitude."""
+    """Write the angles of a state, and the rates of position and attitude."""
     if state.size >= forces.PITCHING_STATE:
         forces.move_rigid_body(state, angles, rates)
     else:
@@ -67,7 +67,7 @@ def accelerate(
     model: int, state: Floats, angles: Floats, command: Floats, current: Current, p: Row,
     rates: Floats,
 ) -> None:  # fmt: skip
-    """Write the remaining rates of vehicles by the equations of their model."""
+    """Write the rates of velocities and actuators by the equations of a model."""
     if model == forces.REMUS100:
         remus100.accelerate(state, angles, command, current, p, rates)
     elif model == forces.BLUEROV2:
@@ -82,9 +82,9 @@ def accelerate(
 
 @compiled
 def move(model: int, vehicle: MovedVehicle, current: Current, p: Row, duration: float) -> bool:
-    """Move a vehicle, which has looked, by `duration` (s) and have it look again.
+    """Move a vehicle by `duration` (s); return whether its state is finite and not too steep.
 
-    Returns whether it is still where it can be.
+    `angles` and `rates` must be those of the state (:func:`look`), and are updated.
     """
     state, command, angles, rates, total, probe = vehicle
     size = state.size
@@ -116,11 +116,11 @@ def advance(
 ) -> int:  # fmt: skip
     """Move a fleet, in place, to the last boundary `start + k * step` at or before `until` (s).
 
-    If `exactly`, go on from there by a partial step: on a copy of states and clocks that is a peek,
-    on the fleet itself the instant of a new command. `states` (vehicles, state), `commands`
-    (vehicles, command), `clocks` (vehicles,) the instants of the states; a vehicle already later
-    stays. Returns -1, or the first vehicle whose state became infinite or stood on end: its row and
-    clock are then those at the end of that step.
+    If `exactly`, a partial step follows: on copies of states and clocks to look ahead, on the fleet
+    itself for a new command.  `states` (vehicles, state), `commands` (vehicles, command), `clocks`
+    (vehicles,): the instants (s) of the states; a vehicle that is already later stays.  Returns -1,
+    or the index of the first vehicle whose state became infinite or too steep: its row and clock
+    are then those at the end of that step.
     """
     current, moved = Current(current_n, current_e), moving(states.shape[1])
     last = floor((until - start) / step + SAME_INSTANT)
