@@ -8,7 +8,7 @@ import pytest
 import shapely
 from explain_for_tests import chain_of_fix, chain_of_ping
 
-from bindusbl_des import Result, Scenario, simulate
+from bindusbl_des import Mission, Result, Scenario, simulate
 
 ISLAND = [[10.0, -15.0], [20.0, -15.0], [20.0, 25.0], [10.0, 25.0]]
 SPIT = [[-70.0, 5.0], [-10.0, 5.0], [-10.0, 9.0], [-70.0, 9.0]]
@@ -101,8 +101,6 @@ def test_land_that_no_sound_meets_changes_nothing() -> None:
     )
     for table in ("receptions", "fixes", "frame_receptions", "tracks"):
         one, other = without.tables[table], beside.tables[table]
-        if table == "frame_receptions":  # 0 where each channel is asked
-            one, other = (rows.drop(columns="loss_probability") for rows in (one, other))
         assert (one.isna() == other.isna()).all().all()
         numbers = one.select_dtypes("number")
         assert np.allclose(numbers, other[numbers.columns], rtol=1e-9, equal_nan=True), table
@@ -136,3 +134,23 @@ def test_groups_are_made_by_who_is_seen() -> None:
         for side, survey in (("open", {}), ("behind", {"land": [wall]}))
     }
     assert colours == {"open": 2, "behind": 1}
+
+
+def test_what_happens_is_told_as_it_is_on_record() -> None:
+    """Of whoever waits for it: what land blocked is blocked, and had no chance."""
+    mission = Mission(scenario(**VARIED["program"]), 1)
+    rows = [happening.row for happening in mission.happenings("signal_reception")]
+    blocked = [row for row in rows if row.outcome == "blocked"]
+    assert {(row.why, row.loss_probability) for row in blocked} == {("blocked", None)}
+    assert not any(row.why == "blocked" for row in rows if row not in blocked)
+    on_record = mission.result().tables["signal_receptions"]
+    over = on_record[on_record.arrived_at_s.notna()]
+    assert len(blocked) == (over.outcome == "blocked").sum()
+
+
+@pytest.mark.parametrize("name", ["plain", "sonar"])
+def test_frames_that_land_blocked_had_no_chance(name: str) -> None:
+    frames = simulate(scenario(**VARIED[name]), seed=1).tables["frame_receptions"]
+    chances = frames.loss_probability
+    assert chances[frames.outcome == "blocked"].isna().all()
+    assert chances[frames.outcome == "heard"].isna().all() == (name == "plain")

@@ -12,6 +12,7 @@ from bays_for_tests import Bay, drawn_bay
 
 from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario
 from bindusbl_des.core.geometry.coverage import covered_by_rings
+from bindusbl_des.core.geometry.land import Land
 
 MANY = pytest.param(range(100, 1000), marks=pytest.mark.slow)
 
@@ -153,3 +154,38 @@ def test_land_that_is_none_is_told(tmp_path: Path, survey: dict[str, Any], said:
     with pytest.raises(ScenarioError, match=rf"bad.yaml:1:\d+: {said}") as found:
         load_scenario(tmp_path / "bad.yaml")
     assert len(found.value.mistakes) == 1
+
+
+def test_land_with_lakes_is_cut_into_polygons_without() -> None:
+    """Which cover the same, and hide the same: no sound passes where they meet."""
+    lakes = [[(20.0, 2.0), (28.0, 2.0), (28.0, 8.0)], [(5.0, -5.0), (9.0, -5.0), (9.0, 6.0)]]
+    outer = [(0.0, -10.0), (30.0, -10.0), (30.0, 10.0), (0.0, 10.0)]
+    land = Land(((tuple(outer), *(tuple(lake) for lake in lakes)),))
+    parts = land.undivided
+    assert len(parts) > 1
+    again = Land(tuple((tuple(part),) for part in parts))
+    assert again.shape.symmetric_difference(land.shape).area < 1e-6
+    draw = np.random.default_rng(0)
+    here, there = draw.uniform((-10, -20), (40, 20), (2, 60, 2))
+    assert (land.crossed(here, there) == again.crossed(here, there)).all()
+
+
+def test_what_a_place_sees_is_what_no_land_crosses() -> None:
+    """As a polygon and point by point; a place on land sees nothing."""
+    for seed in range(30):
+        bay, draw = drawn_bay(seed), np.random.default_rng(seed)
+        if (land := setup_of(bay).land) is None:
+            continue
+        x, y = draw.uniform(-150, 150, 2).tolist()
+        corners = land.seen((x, y), 120.0)
+        if bay.ashore.contains(shapely.Point(x, y)):
+            assert not len(corners)
+            continue
+        seen, points = shapely.Polygon(corners), draw.uniform(-130, 130, (300, 2)) + (x, y)
+        clear = shapely.distance(seen.boundary, shapely.points(points)) > 0.05
+        lines = shapely.linestrings(np.stack(np.broadcast_arrays((x, y), points), axis=1))
+        by_hand = (shapely.length(shapely.intersection(lines, bay.ashore)) < 1e-5) & (
+            shapely.length(lines) < 120.0
+        )
+        inside = shapely.contains_xy(seen, points)
+        assert (inside == by_hand)[clear].all(), seed

@@ -591,6 +591,30 @@ def test_a_track_that_does_not_fill_its_mission_is_told(tmp_path: Path) -> None:
     assert "leaves the survey of 140 m, by up to 20 m and for 51 % of the mission" in beyond
 
 
+def test_tracks_over_land_are_told(tmp_path: Path) -> None:
+    """Whoever recorded them, with the metres on land and how far before."""
+    track(tmp_path, "0,-40,0,5", "100,40,0,5")
+    file = str(tmp_path / "dive.csv")
+    isle = [[-10.0, -9.0], [10.0, -9.0], [10.0, 9.0], [-10.0, 9.0]]
+    tracks = {"kind": "track", "files": [file]}
+    asked = Scenario.model_validate({
+        "name": "m", "duration_s": 100.0, "auvs": {"count": 1, "route": tracks},
+        "asvs": {"count": 1, "formation": {"model": "track", "files": [file]}},
+        "survey": {"keep_out": [isle]},
+    })  # fmt: skip
+    found = {
+        str(it).split(": ")[0]: str(it) for it in warnings_of(asked) if "leads over" in str(it)
+    }
+    assert sorted(found) == ["asvs.formation.files.0", "auvs.route.files.0"]
+    assert (
+        "the track of AUV0 leads over land, or where nobody goes, for 20 m"
+        in found["auvs.route.files.0"]
+    )
+    assert "at first 30 m after its start" in found["asvs.formation.files.0"]
+    beside = asked.model_copy(update={"survey": Scenario(name="m").survey})
+    assert not any("leads over" in str(it) for it in warnings_of(beside))
+
+
 def test_a_jump_faster_than_sound_is_no_track(tmp_path: Path) -> None:
     """Metres for kilometres or seconds for milliseconds: told with the sample and its speed."""
     file = track(tmp_path, "0,0,0,5", "1,3000,0,5")

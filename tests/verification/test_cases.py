@@ -10,7 +10,7 @@ import pytest
 from cases_for_tests import case, most_fixes, scenario
 from commands_for_tests import call
 
-from bindusbl_des import verify
+from bindusbl_des import Scenario, Setup, verify
 from bindusbl_des.apps.verification.rules import (
     call_and_answer,
     frame_spread,
@@ -184,6 +184,18 @@ def test_a_witness_has_the_outline_of_an_area_in_a_file(tmp_path: Path) -> None:
     assert np.ptp(survey["polygon_m"], axis=0) == pytest.approx([111.3, 131.2], abs=0.3)
     sized = case(survey={"side_m": 77.0, "swath_m": 9.0}, auvs={"count": 2}, asvs=PLACED)
     assert list(groups_shown(sized))[1]["survey"] == {"side_m": 77.0, "depths_m": [10.0, 10.0]}
+
+
+def test_a_witness_has_the_land_of_its_scenario() -> None:
+    """And water where nobody goes, beside whatever its area is given by."""
+    isle = [[100.0, -5.0], [110.0, -5.0], [110.0, 5.0]]
+    wreck = [[-60.0, 50.0], [-55.0, 50.0], [-55.0, 60.0]]
+    it = case(survey={"land": [isle], "keep_out": [wreck]}, auvs={"count": 2}, asvs=PLACED)
+    witness = Setup(Scenario.model_validate(list(groups_shown(it))[1]))
+    for name in ("land", "keep_out", "area"):
+        own, again = (getattr(setup, name).shape for setup in (it.setup, witness))
+        assert own.symmetric_difference(again).area < 1e-9
+    assert "land" not in list(groups_shown(case(auvs={"count": 2}, asvs=PLACED)))[1]["survey"]
 
 
 def test_a_verdict_in_words_has_a_line_for_each_pair_of_signals() -> None:

@@ -278,6 +278,7 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
         places.tired,
         places.leaving,
         places.tracks,
+        places.ashore,
         perhaps_carried_away,
     ),
     *(_left_out, _frames, _ticks, _samples, idle.idle_keys, idle.overruled),

@@ -1,12 +1,17 @@
 """Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
 from ...support.mistakes import Problem
 from ...support.wording import timed
+
+if TYPE_CHECKING:
+    from ...core.vehicles.tracks import Track
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -312,6 +317,32 @@ def tracks(setup: Setup) -> Iterator[Problem]:
             "sound that crosses the survey",
             tuple(shapes(scenario)),
         )
+
+
+def ashore(setup: Setup) -> Iterator[Problem]:
+    """Yield whose recorded tracks lead over land, or where nobody goes, and for how many metres."""
+    if setup.closed is None:
+        return
+    recorded = setup.scenario.asvs.formation.recording
+    told: Sequence[tuple[str, str, Callable[[], "Track"]]] = [
+        (f"{wing.key}.files.{number}", f"AUV{auv}", partial(setup.auv_track, wing, number))
+        for wing in setup.wings if wing.asked.recording for number, auv in enumerate(wing.members)
+    ] + [
+        (f"asvs.formation.files.{asv}", f"ASV{asv}", partial(setup.asv_track, asv))
+        for asv in range(len(recorded.files) if recorded else 0)
+    ]  # fmt: skip
+    for key, who, track in told:
+        try:
+            over, begins = setup.closed.along(track()[1][:, :2])
+        except ValueError:
+            continue  # which is told as a mistake
+        if over > 0.0:
+            yield Problem(
+                key,
+                f"the track of {who} leads over land, or where nobody goes, for {over:.4g} m, at "
+                f"first {begins:.4g} m after its start; are track and land in the same place?",
+                ("survey.land", "survey.keep_out", "survey.area"),
+            )
 
 
 def _more(tracks: int) -> str:

@@ -63,6 +63,8 @@ def staged(case: Case, actors: Mapping[int, Actor], duration_s: float, sound_spe
     outline = {name: survey[name] for name in shape if name in survey}
     if scenario.survey.corners_deg:  # which are about an origin that a witness has not
         outline = {"polygon_m": [list(corner) for corner in case.setup.area.outline]}
+    closed = (("land", case.setup.land), ("keep_out", case.setup.keep_out))
+    outline |= {name: what.undivided for name, what in closed if what is not None}
     # Who does not act is where no ASV hears it, apart from all others.
     reach = case.hf.range_m + scenario.protocol.conflict_margin_m
     x, y = (stations.max(axis=0) + OUT_OF_THE_WAY * reach).tolist()

@@ -15,7 +15,6 @@ from ...support.arrays import Flags, Floats
 from ...support.facts import cached_property
 from .area import Point, Rings, solid
 from .crossing import crossing, holding
-from .paths import Path
 
 if TYPE_CHECKING:
     import shapely
@@ -71,6 +70,23 @@ class Land:
 
         return _rings(shapely.normalize(self.shape))
 
+    @property
+    def undivided(self) -> list[list[Point]]:
+        """The corners (m) of polygons without lakes that cover the land: lakes cut it up."""
+        import shapely
+
+        whole, parts = list(shapely.get_parts(self.shape)), []
+        while whole:
+            part = whole.pop()
+            if not part.interiors:
+                parts.append(list(map(tuple, part.exterior.coords[:-1])))
+                continue
+            x0, y0, x1, y1 = part.bounds
+            cut = part.interiors[0].centroid.x
+            halves = (shapely.box(x0, y0, cut, y1), shapely.box(cut, y0, x1, y1))
+            whole += shapely.get_parts(shapely.intersection(part, halves)).tolist()
+        return parts
+
     def crossed(self, here: ArrayLike, there: ArrayLike) -> Flags:
         """Tell whether the straight path between two positions crosses land, (n, m).
 
@@ -121,14 +137,13 @@ class Land:
         ways = np.hypot(*(shapely.get_coordinates(ashore) - there).T)
         return float(ways.min()), float(ways.max())
 
-    def along(self, path: Path) -> tuple[float, float]:
-        """Return the length (m) of a path over land, and the distance (m) along it to there.
+    def along(self, places: Floats) -> tuple[float, float]:
+        """Return the length (m) of a line over land, and the distance (m) along it to there.
 
-        Both are 0 for a path over water.
+        The line leads through `places` (n, 2), in m.  Both are 0 for a line over water.
         """
         import shapely
 
-        places = path.line()
         legs = shapely.linestrings(np.stack((places[:-1], places[1:]), axis=1))
         ground = shapely.buffer(self.shape, -ASHORE)
         shapely.prepare(ground)

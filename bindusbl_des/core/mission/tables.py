@@ -50,13 +50,15 @@ def event_tables(world: World) -> dict[str, pa.Table]:
     scenario, record = world.setup.scenario, world.record
     if scenario.record.detail == "summary":
         return {}
-    pings, frames = record.pings.rows, record.frame_receptions.rows
+    pings, frames = record.pings.rows, _with_land(world, record.frame_receptions.rows)
+    if world.setup.frame_channel is None:  # the disc, which land has asked as well
+        frames["loss_probability"] = nan
     tables = {
         "rounds": from_rows("rounds", record.rounds),
         "pings": from_numbers("pings", _with_land(world, pings, "call", "call_why")),
         "receptions": _receptions_table(world),
         "broadcasts": from_numbers("broadcasts", world.broadcasts),
-        "frame_receptions": from_numbers("frame_receptions", _with_land(world, frames)),
+        "frame_receptions": from_numbers("frame_receptions", frames),
         "assignments": from_rows("assignments", record.assignments),
         "fixes": _fixes_table(record, len(world.asv_fleet), scenario.protocol.exchanges),
     }
@@ -100,12 +102,14 @@ def _with_land(
     also: NDArray[np.bool_] | None = None,
 ) -> Rows:  # fmt: skip
     """Return rows in which what land kept away, or is blocked `also` (n,), is told from what was
-    too far; to the mission both are out of range.
+    too far; to the mission both are out of range.  It had no chance that could be told.
     """
     if world.setup.land is None:
         return rows
-    rows = rows.copy()
-    rows[outcome][rows[why] == BLOCKED] = BLOCKED
+    rows, blocked = rows.copy(), rows[why] == BLOCKED
+    rows[outcome][blocked] = BLOCKED
+    if "loss_probability" in (rows.dtype.names or ()):
+        rows["loss_probability"][blocked] = nan
     if also is not None:
         rows[outcome][also] = BLOCKED
     return rows

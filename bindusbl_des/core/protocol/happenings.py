@@ -20,6 +20,7 @@ import simpy
 from ...support.arrays import Ints
 from ...support.wording import did_you_mean
 from ..records.events import (
+    BLOCKED,
     BY_PING,
     BY_SIGNAL,
     IN_FLIGHT,
@@ -56,7 +57,7 @@ ENDS = {
     "arrival": ("in_flight",),
     "reception": ("heard", "lost", "collided"),
     "delivery": ("delivered",),
-    "signal_reception": ("heard", "lost", "collided", "out_of_range"),
+    "signal_reception": ("heard", "lost", "collided", "out_of_range", "blocked"),
 }
 
 
@@ -327,10 +328,10 @@ class Happenings:
             number if of_ping else None,
             f"AUV{listener}" if listener < auvs else f"ASV{listener - auvs}",
             float(sound["arrived_at_s"]),
-            OUTCOMES[outcome],
+            OUTCOMES[BLOCKED if why == BLOCKED else outcome],
             None if why == NONE else WORDS[why],
             None if by == NONE else by,
-            None if isnan(loss) else float(loss),
+            None if isnan(loss) or why == BLOCKED else float(loss),
         )
         self._tell("signal_reception", float(sound["ended_at_s"]), reception)
 

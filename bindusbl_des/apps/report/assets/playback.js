@@ -118,12 +118,12 @@ class Log {
     this.list = list;
     const { auvs, pings, fixes, fates, decided, deliveredOrder } = mission;
     const whose = (i) => mission.asvsPing ? `${mission.asvs[pings.asv[i]].name} ping ${pings.id[i]} at ${auvs[pings.auv[i]].name}` : `${auvs[pings.auv[i]].name} ping ${pings.id[i]}`;
-    const { hf, mf } = mission.discs, beyond = hf ? "out of range" : "beyond what the channel lets through";
-    const words = mission.asvsPing ? { out_of_hf: beyond, lost: "lost to the channel", collided: "collided" } : {
-      out_of_hf: hf ? "out of range of every ASV" : `${beyond} to any ASV`, lost: "lost to the channel", collided: "collided at the ASVs",
-      out_of_mf: mf ? "its fix was sent beyond MF range" : "the frame with its fix was not decoded",
+    const { hf, mf } = mission.discs, beyond = hf ? "out of range" : "beyond what the channel lets through", behind = mission.land ? ", or behind land" : "";
+    const words = mission.asvsPing ? { out_of_hf: beyond + behind, lost: "lost to the channel", collided: "collided" } : {
+      out_of_hf: `${beyond} ${hf ? "of every" : "to any"} ASV${behind}`, lost: "lost to the channel", collided: "collided at the ASVs",
+      out_of_mf: mf ? `its fix was sent beyond MF range${behind}` : "the frame with its fix was not decoded",
     };
-    const unanswered = { out_of_hf: `${beyond} of it`, lost: "lost to the channel", collided: "collided at the AUV" };
+    const unanswered = { out_of_hf: `${beyond} of it${behind}`, lost: "lost to the channel", collided: "collided at the AUV" };
     this.whose = (i) => mission.asvsPing ? whose(i) : `Ping ${pings.id[i]} of ${auvs[pings.auv[i]].name}`;
     this.became = new Map();
     pings.fate.forEach((fate, i) => { if (words[fates[fate]]) this.became.set(i, words[fates[fate]]); });

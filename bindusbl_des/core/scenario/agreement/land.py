@@ -104,7 +104,7 @@ def _ways(site: Site) -> Iterator[Problem]:
         for number, auv in enumerate(wing.members):
             if (plan := plans[auv]) is None:
                 continue
-            over, begins = closed.along(plan.path)
+            over, begins = closed.along(plan.path.line())
             if over > TOUCHES_M:
                 key = (
                     f"{wing.key}.{wing.asked.places_key}.{number}"
