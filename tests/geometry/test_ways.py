@@ -41,13 +41,15 @@ def test_lanes_end_before_land_and_go_round(seeds: range) -> None:
                 raise
             told += 1
             continue
-        swept = []
+        swept, ashore = [], bay.closed.buffer(-1e-3)  # along a shore rounding decides
+        # only where they are to stay inside do lanes end before a slanting edge
+        room = shapely.box(*[-1e4] * 2, *[1e4] * 2) if setup.area.is_convex else bay.water
         for plan in setup.plans:
-            assert line(plan.tour).intersection(bay.closed).length < 0.1, seed
+            assert line(plan.tour).intersection(ashore).length < 0.1, seed
             for first, last in plan.lanes:
                 ends = plan.path.sample(np.array([first, last]))[:, :2]
                 lane = shapely.LineString(ends)
-                assert lane.difference(bay.water.buffer(1e-6)).length < 1e-6, seed
+                assert lane.difference((room - ashore).buffer(1e-6)).length < 1e-6, seed
                 swept.append(lane.buffer(7.6, cap_style="flat"))
         inner = bay.water.buffer(-16.0)
         left = inner.difference(shapely.union_all(swept)).area
@@ -93,17 +95,21 @@ def test_ways_round_land_are_the_shortest(seeds: range) -> None:
     """To 1 %, against a fine grid at the same distance from land: from lanes that lie on one side
     of it to where AUVs are recovered on the other.
     """
+    sought = 0
     for seed in seeds:
         bay, draw = drawn_bay(seed), np.random.default_rng(seed)
         away = bay.closed.buffer(8.0)
         places = [tuple(map(float, place)) for place in draw.integers(-70, 71, (200, 2)) // 3 * 3]
         free = [place for place in places if not away.contains(shapely.Point(place))]
-        start, end = next(
+        around = (
             (one, other)
             for one, other in itertools.combinations(free, 2)
             if math.dist(one, other) > 60.0
             and shapely.LineString([one, other]).intersection(away).length > 15.0
         )
+        if (ends := next(around, None)) is None:
+            continue  # of a bay with hardly any land
+        (start, end), sought = ends, sought + 1
         x, y = start
         route = {"lane_spacing_m": 15.0, "inside": False}
         # a survey of one short lane, which is where the way begins
@@ -122,6 +128,7 @@ def test_ways_round_land_are_the_shortest(seeds: range) -> None:
         best = on_a_grid(bay, 1.0, start, end)
         assert way < 1.01 * best + 2.0 * math.pi + 4.0, seed  # and a turn of the vehicle
         assert way > 0.97 * best - 6.0, seed
+    assert sought > 0.8 * len(seeds)
 
 
 def test_places_where_nobody_lies_are_mistakes() -> None:

@@ -3,15 +3,12 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
+from ...support.arrays import Floats
 from ...support.mistakes import Problem
 from ...support.wording import timed
-
-if TYPE_CHECKING:
-    from ...core.vehicles.tracks import Track
 
 # Vehicles of which the same is to be said are named up to so many.
 MOST_NAMED = 5
@@ -324,7 +321,7 @@ def ashore(setup: Setup) -> Iterator[Problem]:
     if setup.closed is None:
         return
     recorded = setup.scenario.asvs.formation.recording
-    told: Sequence[tuple[str, str, Callable[[], "Track"]]] = [
+    told: Sequence[tuple[str, str, Callable[[], tuple[Floats, Floats]]]] = [
         (f"{wing.key}.files.{number}", f"AUV{auv}", partial(setup.auv_track, wing, number))
         for wing in setup.wings if wing.asked.recording for number, auv in enumerate(wing.members)
     ] + [
