@@ -1,5 +1,5 @@
-"""Warnings of a scenario's modems, of ranges over which most signals are lost, of tables of sound,
-of messages that overflow, of short guards, and of what the fleet believes; what rates leave out.
+"""Warnings about acoustic bands: modems, ranges, tables, messages, guards; and what rates leave
+out.
 """
 
 import math
@@ -14,20 +14,20 @@ from ...support.mistakes import Problem
 from ...support.wording import plain
 from .whereabouts import shapes
 
-# What decides how many fixes the downlink carries
+# Keys that decide how many fixes the downlink carries
 _MESSAGE = tuple(
     f"acoustics.mf.{name}" for name in ("bit_rate_bps", "modem", "payload_bytes", "overfull")
 )
 
-# AUVs deeper than this share of a horizontal range are farther than it by 2 % or more.
+# At a horizontal range, AUVs deeper than this share of it are at a slant range 2 % longer or more.
 STEEP = 0.2
 
-# Within so far (m) no law of loss takes half of all pings: the most is 12 %.
+# Up to this range (m) every law loses at most 12 % of pings.
 SAFE_M = 200.0
 
 
 def modems(setup: Setup) -> Iterator[Problem]:
-    """Yield which keys have other values than the sheet of their band's modem."""
+    """Yield keys whose values differ from the data sheet of their band's modem."""
     scenario = setup.scenario
     for name, band in scenario.acoustics.bands.items():
         for key, value in band.stated.items():
@@ -42,7 +42,7 @@ def modems(setup: Setup) -> Iterator[Problem]:
 
 
 def overheads(setup: Setup) -> Iterator[Problem]:
-    """Yield that a bit rate is given without a word on what is sent beside the user's bits."""
+    """Yield a bit rate that is given without the overhead sent beside the user's bits."""
     scenario = setup.scenario
     mf, given = scenario.acoustics.mf, scenario.acoustics.mf.model_fields_set
     is_paper = mf.bit_rate_bps == type(mf).model_fields["bit_rate_bps"].default
@@ -66,7 +66,7 @@ def overheads(setup: Setup) -> Iterator[Problem]:
 
 
 def _same(key: str, given: Any, value: Any) -> bool:
-    """Tell whether a key has the value of a sheet; of tables and curves what is in them counts."""
+    """Tell whether a key has the value of a data sheet; tables and curves compare by content."""
     if key == "channel" and str(given) == str(value) and "file" in given.settings:
         files = given.settings["file"], value.settings["file"]
         return read_measured(files[0])[:2] == read_measured(files[1])[:2]
@@ -76,7 +76,7 @@ def _same(key: str, given: Any, value: Any) -> bool:
 
 
 def deliveries(setup: Setup) -> Iterator[Problem]:
-    """Yield over which band's range most of its signals are lost."""
+    """Yield bands that lose most of their signals at their range."""
     scenario = setup.scenario
     loss = scenario.acoustics.loss
     for band, what in (("hf", "pings"), ("mf", "frames")):
@@ -100,7 +100,9 @@ def deliveries(setup: Setup) -> Iterator[Problem]:
 
 
 def steep(setup: Setup) -> Iterator[Problem]:
-    """Yield whose horizontal range is another than the way that sound takes to the deepest AUV."""
+    """Yield bands whose horizontal range is much shorter than the slant range to the deepest
+    AUV.
+    """
     for name, words in _steep(setup):
         yield Problem(
             f"acoustics.{name}.range_metric",
@@ -111,7 +113,7 @@ def steep(setup: Setup) -> Iterator[Problem]:
 
 
 def _steep(setup: Setup) -> Iterator[tuple[str, str]]:
-    """Yield the bands of which that is so, and how far they reach by either metric, in words."""
+    """Yield such bands by name, with both ranges in words."""
     scenario, deepest = setup.scenario, setup.deepest_m
     protocol = scenario.protocol
     for name, band in scenario.acoustics.bands.items():
@@ -130,7 +132,7 @@ def _steep(setup: Setup) -> Iterator[tuple[str, str]]:
 
 
 def tables(setup: Setup) -> Iterator[Problem]:
-    """Yield which tables of sound end before the ranges or depths that count."""
+    """Yield tables of rays that end before the ranges or depths of the scenario."""
     scenario = setup.scenario
     depths = [auv.depth_m for auv in setup.auvs]
     for name, band in scenario.acoustics.bands.items():
@@ -151,7 +153,7 @@ def tables(setup: Setup) -> Iterator[Problem]:
 
 
 def echoes(setup: Setup) -> Iterator[Problem]:
-    """Yield that echoes of a smooth surface shift fixes by what no covariance includes."""
+    """Yield that echoes from a smooth surface shift fixes by errors that no covariance includes."""
     scenario = setup.scenario
     hf, channel = scenario.acoustics.hf, scenario.acoustics.hf.channel
     has_echoes = hf.traits.has_echoes and channel.settings.get("bottom_m") is not None
@@ -167,8 +169,9 @@ def echoes(setup: Setup) -> Iterator[Problem]:
 
 
 def fastest_m_per_s(setup: Setup) -> float | None:
-    """Return how fast (m/s) a way between an AUV and an ASV changes at most, by what is planned;
-    None where that is not known: of vehicles that a log, an autopilot or a program moves.
+    """Return the highest planned range rate (m/s) between an AUV and an ASV.
+
+    None where the plan does not say: vehicles moved by a recording, an autopilot or a program.
     """
     scenario = setup.scenario
     asvs, vehicles = scenario.asvs, [group.vehicle for group in setup.groups]
@@ -182,8 +185,9 @@ def fastest_m_per_s(setup: Setup) -> float | None:
 
 
 def planned_speeds_m_per_s(setup: Setup) -> tuple[float, ...]:
-    """Return how fast (m/s) each AUV is to go whose route is no track; speeds that are given are
-    those seen from above.
+    """Return the planned speed (m/s) of each AUV along its slanting path.
+
+    Speeds in the scenario are horizontal; climbs to the surface are faster.
     """
     found = list(setup.planned_speeds_m_per_s)
     for wing in setup.wings:
@@ -194,14 +198,14 @@ def planned_speeds_m_per_s(setup: Setup) -> tuple[float, ...]:
 
 
 def shifted_bands(setup: Setup) -> dict[str, float]:
-    """Return the bands on which Doppler may lose signals, and the limit (m/s) of each."""
+    """Return the bands on which Doppler may lose signals, with the limit (m/s) of each."""
     limits = doppler_limits(setup)
     fastest = fastest_m_per_s(setup) if limits else 0.0
     return {name: limit for name, limit in limits.items() if fastest is None or fastest > limit}
 
 
 def doppler_limits(setup: Setup) -> dict[str, float]:
-    """Return the limits (m/s) of bands that are used, of those that have any."""
+    """Return the Doppler limit (m/s) of each band that is used and has one."""
     scenario = setup.scenario
     bands = ["hf"] + ["mf"] * scenario.protocol.sends_frames
     limits = {name: scenario.acoustics.bands[name].doppler_limit_m_per_s for name in bands}
@@ -209,7 +213,7 @@ def doppler_limits(setup: Setup) -> dict[str, float]:
 
 
 def shifts(setup: Setup) -> Iterator[Problem]:
-    """Yield that AUVs are faster than a band bears, or that none ever is."""
+    """Yield Doppler limits that AUVs exceed, or that no AUV ever reaches."""
     limits, bands = doppler_limits(setup), setup.scenario.acoustics.bands
     if not limits or (fastest := fastest_m_per_s(setup)) is None:
         return
@@ -234,8 +238,9 @@ def shifts(setup: Setup) -> Iterator[Problem]:
 
 
 def _may_lose_half(setup: Setup, name: str) -> bool:
-    """Tell whether a band's channel has to be asked, for which `validate` does not wait where a
-    disc cannot lose half the signals.
+    """Tell whether a band may lose half its signals; if so, its channel has to be evaluated.
+
+    A disc of short range cannot, so that `validate` need not evaluate it.
     """
     scenario = setup.scenario
     band, loss = scenario.acoustics.bands[name], scenario.acoustics.loss
@@ -250,7 +255,7 @@ def _may_lose_half(setup: Setup, name: str) -> bool:
 
 
 def messages(setup: Setup) -> Iterator[Problem]:
-    """Yield that fixes wait longer and longer for a broadcast that carries the oldest."""
+    """Yield that fixes queue up for broadcasts that carry the oldest first."""
     scenario = setup.scenario
     mf, count = scenario.acoustics.mf, scenario.auvs.count
     if mf.overfull != "oldest_first" or (mf.payload_bytes is None and mf.airtimes is None):
@@ -272,7 +277,7 @@ def messages(setup: Setup) -> Iterator[Problem]:
 
 
 def last_slots(setup: Setup) -> Iterator[Problem]:
-    """Yield that who pings in its last slot pings in that of another."""
+    """Yield that an AUV that pings in its last slot may use the slot of another."""
     scenario = setup.scenario
     protocol = scenario.protocol
     if not setup.tells_slots or protocol.dissemination.missed != "last_slot":
@@ -288,8 +293,8 @@ def last_slots(setup: Setup) -> Iterator[Problem]:
 
 
 def backlog(setup: Setup) -> Iterator[Problem]:
-    """Yield that AUVs that ping as they like destroy most pings, or bring more fixes than the
-    downlink carries.
+    """Yield that random access loses most pings to collisions, or makes more fixes than can be
+    sent.
     """
     scenario = setup.scenario
     if not scenario.protocol.random_access:
@@ -320,7 +325,7 @@ def backlog(setup: Setup) -> Iterator[Problem]:
 
 
 def answers(setup: Setup) -> Iterator[Problem]:
-    """Yield that answers to AUVs that share a slot may destroy each other."""
+    """Yield that answers to AUVs in one slot may collide."""
     scenario = setup.scenario
     protocol, mf = scenario.protocol, scenario.acoustics.mf
     shares = setup.schedule.shares_slots or protocol.schedule.settings.get("side_by_side")
@@ -338,7 +343,7 @@ def answers(setup: Setup) -> Iterator[Problem]:
 
 
 def guards(setup: Setup) -> Iterator[Problem]:
-    """Yield that slots of one's own end before the answers in them have passed."""
+    """Yield a downlink guard so short that a slot ends before its answer has passed."""
     scenario = setup.scenario
     protocol, mf = scenario.protocol, scenario.acoustics.mf
     if protocol.downlink_guard_s is None or not protocol.replies_in_frames:
@@ -355,8 +360,9 @@ def guards(setup: Setup) -> Iterator[Problem]:
 
 
 def frames(setup: Setup) -> Iterator[Problem]:
-    """Yield which AUVs hardly ever get a fix because ASVs broadcast in turn, which are told of
-    their slot when it has begun, and at which frames may overlap.
+    """Yield AUVs that hardly ever get a fix, for three reasons.
+
+    ASVs broadcast in turn out of reach; frames name a slot after it has begun; frames overlap.
     """
     protocol, asvs = setup.scenario.protocol, setup.scenario.asvs
     if not protocol.sends_frames or protocol.replies or asvs.formation.moves:
@@ -373,7 +379,7 @@ def frames(setup: Setup) -> Iterator[Problem]:
 
 
 def _may_overlap(setup: Setup) -> bool:
-    """Tell whether frames of two ASVs may overlap somewhere, which takes longer to tell of AUVs."""
+    """Tell whether frames of two ASVs may overlap anywhere; a check for each AUV takes longer."""
     scenario, rule = setup.scenario, setup.broadcaster
     pings_between = setup.downlink.waits and not (rule.at_once or scenario.protocol.random_access)
     if pings_between or rule.chosen_by == "one" or scenario.asvs.count == 1:
@@ -387,7 +393,9 @@ def _may_overlap(setup: Setup) -> bool:
 
 
 def believed(setup: Setup) -> Iterator[Problem]:
-    """Yield what is believed in vain: that who sends hears, or that the fleet knows its AUVs."""
+    """Yield optimistic assumptions: vehicles that hear while they send, a fleet that knows
+    positions.
+    """
     scenario = setup.scenario
     protocol = scenario.protocol
     overlap = protocol.random_access or not (setup.downlink.waits or protocol.replies)
@@ -423,7 +431,7 @@ ALWAYS_HEARING = (
 
 
 def left_out(setup: Setup) -> Iterator[str]:
-    """Yield what the rates of `limits` leave out, or take for granted, in sentences."""
+    """Yield, in sentences, what the rates of `limits` leave out or assume."""
     scenario, protocol, rule = setup.scenario, setup.scenario.protocol, setup.broadcaster
     for _, words in _steep(setup):
         yield f"{words[0].upper()}{words[1:]}."

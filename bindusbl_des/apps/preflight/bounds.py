@@ -1,9 +1,9 @@
-"""Limits of any protocol: of the slots of a round, of pings at an ASV, of records and fixes.
+"""Bounds for any protocol: slots of a round, pings at an ASV, records and fixes.
 
-AUVs are in conflict that some ASV hears both of, so the conflict graph is a union of cliques, one
-of each ASV: no conflict-free round has fewer slots, none reuses more.  `heard` (n, m) tells which
-ASVs each AUV is within range of.  Rates and latencies know of no schedule; how long its rounds are
-is worked out before a mission is run.
+Two AUVs that the same ASV hears conflict, so the conflict graph is a union of cliques, one of each
+ASV; it bounds the slots of a conflict-free round from below, and their reuse from above.  `heard`
+(n, m) tells which AUVs are in range of which ASVs.  Rates and latencies do not depend on a
+schedule.
 """
 
 import math
@@ -14,15 +14,16 @@ import numpy as np
 from ...core.protocol.conflicts import GROUPINGS
 from ...support.arrays import Flags
 
-# Graphs of more AUVs that DSATUR does not settle are left with what is known of them.
+# Up to so many AUVs the chromatic number is found exactly; beyond, it may stay between two bounds.
 EXACT_UP_TO = 20
 
-# DSATUR looks at each pair of AUVs: of larger fleets it takes minutes.
+# DSATUR looks at each pair of AUVs, which takes minutes for larger fleets.
 MOST_BY_DSATUR = 10_000
 
 
 def most_heard(heard: Flags) -> int:
-    """Return max_k n_k, how many AUVs the ASV hears that hears most: each needs a slot of its own.
+    """Return max_k n_k, the number of AUVs that the busiest ASV hears: each needs a slot of its
+    own.
 
     >>> most_heard(np.array([[True, False], [True, True], [False, True]]))
     2
@@ -31,8 +32,10 @@ def most_heard(heard: Flags) -> int:
 
 
 def reuse_bound(heard: Flags) -> float:
-    """Return how many AUVs that are heard can ping in a slot on average, at most: in a slot an ASV
-    hears one, so min(K, N / max_k n_k) of N that K ASVs hear; 1 where nobody is heard.
+    """Return the largest possible mean number of heard AUVs that ping in one slot.
+
+    In a slot an ASV hears one ping, so it is min(K, N / max_k n_k) for N AUVs that K ASVs hear; 1
+    where no AUV is heard.
 
     >>> reuse_bound(np.array([[True, False], [True, True], [False, True]]))
     1.5
@@ -45,9 +48,9 @@ def reuse_bound(heard: Flags) -> float:
 
 
 def clique_number(heard: Flags) -> int | None:
-    """Return how many AUVs are in conflict with each other, at most; None of a fleet that is large.
+    """Return the largest number of AUVs that all conflict with each other; None for large fleets.
 
-    It may be more than any ASV hears: of three AUVs each pair may have an ASV of its own.
+    It may exceed `most_heard`: of three AUVs, each pair may have an ASV of its own.
 
     >>> clique_number(np.array([[True, True, False], [True, False, True], [False, True, True]]))
     3
@@ -59,7 +62,9 @@ def clique_number(heard: Flags) -> int | None:
 
 
 def _largest_clique(neighbours: list[int], size: int, candidates: int, best: int) -> int:
-    """Return the size of the largest clique that grows one of `size` by `candidates`, or `best`."""
+    """Return `best`, or the size of the largest clique that extends one of `size` by
+    `candidates`.
+    """
     while candidates:
         if size + candidates.bit_count() <= best:
             return best
@@ -70,9 +75,10 @@ def _largest_clique(neighbours: list[int], size: int, candidates: int, best: int
 
 
 def fewest_groups(heard: Flags) -> tuple[int, int]:
-    """Return between what the chromatic number of the conflict graph lies, the two equal where it
-    is known: it is of small fleets, and wherever no more groups are made than one ASV hears, by
-    DSATUR or, of fleets that are too large for that, one AUV after another.
+    """Return bounds of the chromatic number of the conflict graph, equal where it is known.
+
+    It is known for small fleets, and wherever a colouring (DSATUR, or first fit for fleets too
+    large for that) needs no more groups than one ASV hears AUVs.
 
     >>> fewest_groups(np.array([[True, True, False], [True, False, True], [False, True, True]]))
     (3, 3)
@@ -89,7 +95,9 @@ def fewest_groups(heard: Flags) -> tuple[int, int]:
 
 
 def _colourable(neighbours: list[int], groups: list[int], most: int) -> bool:
-    """Tell whether all AUVs that are in no group yet find room in groups, sets of bits."""
+    """Tell whether all AUVs not yet in a group fit into `groups` (bit sets), at most `most` of
+    them.
+    """
     placed = sum(groups)
     if placed.bit_count() == len(neighbours):
         return True
@@ -99,7 +107,7 @@ def _colourable(neighbours: list[int], groups: list[int], most: int) -> bool:
         for auv in free
     }
     auv = min(free, key=lambda auv: (len(rooms[auv]), -neighbours[auv].bit_count()))
-    begun = sum(map(bool, groups))  # groups without anybody yet are all alike
+    begun = sum(map(bool, groups))  # empty groups are all alike
     for number in rooms[auv]:
         if number > begun:
             break
@@ -111,17 +119,18 @@ def _colourable(neighbours: list[int], groups: list[int], most: int) -> bool:
 
 
 def _neighbours(heard: Flags) -> list[int]:
-    """Return with whom each AUV is in conflict, as bits."""
+    """Return the AUVs with which each AUV conflicts, as bit sets."""
     together = heard.astype(np.int64) @ heard.T.astype(np.int64) > 0
     np.fill_diagonal(together, val=False)
     return [sum(1 << other for other in np.flatnonzero(row).tolist()) for row in together]
 
 
 def disjoint_senders(heard: Flags) -> int:
-    """Return at most how many ASVs can broadcast at once without a listener in common.
+    """Return an upper bound of the number of ASVs that can broadcast at once without a common
+    listener.
 
-    Who is heard by somebody alone may send together with others; as many AUVs as it takes to hear
-    every ASV are a bound, since each of them hears one sender at a time.
+    It is the number of AUVs chosen until they hear every ASV: each of them hears one sender at a
+    time.
 
     >>> disjoint_senders(np.array([[True, True, False], [False, False, True]]))
     2
@@ -133,14 +142,14 @@ def disjoint_senders(heard: Flags) -> int:
     return max(count, 1)
 
 
-# How long (s) a ping's echoes take to die away at a receiver, if nothing else is known of them.
+# The assumed time (s) in which the echoes of a ping die away at a receiver.
 CLEARING_S = 0.020
 
 
 def decode_bound(ping_s: float, clearing_s: float = CLEARING_S) -> float:
-    """Return how many pings an ASV can decode (1/s): arrivals do not overlap, 1/(T_P + T_clear).
+    """Return how many pings (1/s) an ASV can decode: arrivals do not overlap, 1/(T_P + T_clear).
 
-    Several ASVs decode at most as many times that.
+    For several ASVs it is multiplied by their number.
 
     >>> round(decode_bound(0.010), 1)
     33.3
@@ -149,11 +158,11 @@ def decode_bound(ping_s: float, clearing_s: float = CLEARING_S) -> float:
 
 
 def aloha_capacity(ping_s: float, auvs: int) -> float:
-    """Return how many pings an ASV decodes (1/s) of `auvs` that it hears and that ping at Poisson
-    instants, at the best of rates: max over G of G exp(-2 G (N-1)/N) / T_P.
+    """Return how many pings (1/s) of `auvs` in ALOHA an ASV decodes at the best load.
 
-    The maximum is at G = N / (2 (N-1)).  Of many it is the 1/(2e) of Abramson (1970); who is alone
-    collides with nobody, and sends at most without a pause.
+    All AUVs are heard and ping at Poisson instants: max over G of G exp(-2 G (N-1)/N) / T_P, at G =
+    N / (2 (N-1)).  For many AUVs it is the 1/(2e) of Abramson (1970); a single AUV collides with no
+    other and may ping without a pause.
 
     >>> round(aloha_capacity(1.0, 1000), 3), aloha_capacity(0.5, 1)
     (0.184, 2.0)
@@ -162,10 +171,11 @@ def aloha_capacity(ping_s: float, auvs: int) -> float:
 
 
 def slotted_aloha_capacity(slot_s: float, auvs: int) -> float:
-    """Return what :func:`aloha_capacity` does where pings begin with slots (s): 1/e of many.
+    """Return the capacity (1/s) of slotted ALOHA, as :func:`aloha_capacity`: 1/e per slot of many
+    AUVs.
 
-    A ping is decoded if it is alone in its slot.  More are where ways differ by more than it is
-    long, so that arrivals of one slot follow each other.
+    A ping is decoded if it is alone in its slot.  More are decoded where paths differ by more than
+    a ping is long, so that arrivals of one slot follow each other.
 
     >>> round(slotted_aloha_capacity(1.0, 1000), 3)
     0.368
@@ -174,8 +184,9 @@ def slotted_aloha_capacity(slot_s: float, auvs: int) -> float:
 
 
 def _best_of(auvs: int, vulnerable: int) -> float:
-    """Return the largest share of the time in which one of so many is decoded, whose pings are
-    destroyed by others that begin within so many lengths of one.
+    """Return the largest share of time in which an ASV decodes pings, for the best load.
+
+    Others that begin within `vulnerable` ping lengths destroy a ping.
     """
     others = vulnerable * (auvs - 1) / auvs
     return min(1.0 / (math.e * others), 1.0) if others else 1.0
@@ -184,12 +195,11 @@ def _best_of(auvs: int, vulnerable: int) -> float:
 def record_bound(
     airtime: Callable[[int], float], fixes: int, senders: int, most: int
 ) -> tuple[float, int]:
-    """Return how many records can be sent (1/s), frame behind frame, headers included, and how many
-    are in a frame then.
+    """Return how many records (1/s) frames can carry, back to back, and the number in a frame then.
 
-    So many `senders` share `fixes` evenly, at once; `airtime` is that of a frame (s) of so many, of
-    which it holds `most`.  With one record each of N AUVs in one frame it is N / T_tx(N); of
-    endless frames the header no longer counts.
+    `senders` share `fixes` evenly, at once; `airtime` is that of a frame (s) with so many records,
+    of which it holds `most`; headers count.  N AUVs with one record each in one frame make N /
+    T_tx(N).
 
     >>> record_bound(lambda fixes: 0.0625 + 0.125 * fixes, 4, senders=2, most=10)
     (12.8, 2)
@@ -199,7 +209,7 @@ def record_bound(
 
 
 def latency_bound(up_m: float, airtime_s: float, down_m: float, sound_speed: float) -> float:
-    """Return the least latency (s) of a fix: its ping's way up (m), its frame, its way down (m).
+    """Return the least latency (s) of a fix: path of its ping (m), airtime, path of its frame (m).
 
     >>> round(latency_bound(50.0, 0.192, 50.0, 1500.0), 4)
     0.2587
@@ -217,7 +227,7 @@ def offered_load(senders: int, lasts_s: float, interval_s: float) -> float:
 
 
 def slot_share(slot_s: float, interval_s: float) -> float:
-    """Return how likely a sender of slotted ALOHA pings in a slot (s), at mean intervals (s).
+    """Return the chance that a sender of slotted ALOHA pings in a slot (s), at mean intervals (s).
 
     >>> round(slot_share(0.1, 1.0), 4)
     0.0952
@@ -226,7 +236,7 @@ def slot_share(slot_s: float, interval_s: float) -> float:
 
 
 def aloha_success(load: float, senders: int) -> float:
-    """Return how likely a ping of pure ALOHA is clear of all others' (Abramson 1970, N senders).
+    """Return the chance that a ping of pure ALOHA meets no other (Abramson 1970, N senders).
 
     >>> round(aloha_success(0.5, 10), 4), aloha_success(0.5, 1)
     (0.4066, 1.0)
@@ -235,9 +245,10 @@ def aloha_success(load: float, senders: int) -> float:
 
 
 def slotted_success(load: float, senders: int) -> float:
-    """Return how likely a ping of slotted ALOHA is alone in its slot (Roberts 1975, N senders).
+    """Return the chance that a ping of slotted ALOHA is alone in its slot (Roberts 1975, N
+    senders).
 
-    Two of a slot are both heard where their ways differ by more than a ping is long.
+    Two pings of a slot are both heard where their paths differ by more than a ping is long.
 
     >>> round(slotted_success(0.5, 10), 4)
     0.6376

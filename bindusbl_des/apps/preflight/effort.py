@@ -1,9 +1,8 @@
-"""How many of each thing a mission has (rounds, pings, ways of sound, samples, lanes), and so what
-time and memory it takes.
+"""The time and memory that a mission takes, from the number of its events.
 
-The constants were measured on one core of 2.5 GHz (`tests/preflight/test_effort.py` holds the
-memory to what `run` took, files included: 0 to 28 % more); a mission of some minutes is worth no
-estimate, one of a hundred thousand vehicles is.
+Events are rounds, pings, paths of sound, samples, lanes.  Constants were measured on one core of
+2.5 GHz; `tests/preflight/test_effort.py` keeps the memory within 0 to 28 % above what `run` took,
+files included.
 """
 
 import math
@@ -26,7 +25,7 @@ from ...support.streams import FEWEST_ROWS, MOST_ROWS, ROWS
 from ...support.wording import spoken
 from .round_lengths import Rounds, offered, rounds_of
 
-# Hearing is worked out vehicle by vehicle up to so many pairs, beyond from areas.
+# Up to so many pairs, AUVs in range are counted one by one; beyond, estimated from areas.
 MOST_PAIRS = 4_000_000
 
 # AUVs move: in the course of a mission an ASV hears more of them than at its start.
@@ -37,7 +36,7 @@ FEW_GROUPS = 100
 
 
 def counts_of(setup: Setup) -> dict[str, float]:
-    """Return about how many there will be of each thing that costs (:data:`.effort.COSTS`)."""
+    """Return the expected number of each kind of event that costs (:data:`.effort.COSTS`)."""
     scenario = setup.scenario
     auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
     record, full = scenario.record, scenario.record.detail == "full"
@@ -56,7 +55,9 @@ def counts_of(setup: Setup) -> dict[str, float]:
 
 
 def _protocol(setup: Setup) -> dict[str, float]:
-    """Return how many rounds, pings, receptions and fixes there will be, and edges of graphs."""
+    """Return the expected number of rounds, pings, receptions, fixes, and edges of conflict
+    graphs.
+    """
     scenario, rounds = setup.scenario, rounds_of(setup)
     protocol, full, duration = (
         scenario.protocol,
@@ -79,7 +80,7 @@ def _protocol(setup: Setup) -> dict[str, float]:
         cycles = 0.0 if protocol.replies else min(fixes, duration / rounds.period(0, 1))
         number = math.ceil(cycles) + 1
     else:
-        crowd = max(1.0, min(heard.max(), auvs))  # those that one ASV hears must ping one by one
+        crowd = max(1.0, min(heard.max(), auvs))  # AUVs that one ASV hears must ping one by one
         groups = min(max(round(crowd), rounds.fewest), rounds.most)
         pinging = 1 if rounds.frame else rounds.auvs
         periods = duration / _period(rounds, groups, round(min(met, pinging)))
@@ -109,7 +110,7 @@ def _protocol(setup: Setup) -> dict[str, float]:
 
 
 def _period(rounds: Rounds, groups: int, fixes: int) -> float:
-    """Return the time (s) between rounds; many groups add as much each as the last of a few."""
+    """Return the time (s) between rounds; beyond FEW_GROUPS it is extrapolated linearly."""
     if groups <= FEW_GROUPS:
         return rounds.usual(groups, fixes)
     last, before = (rounds.usual(FEW_GROUPS - n, fixes) for n in (0, 1))
@@ -117,7 +118,7 @@ def _period(rounds: Rounds, groups: int, fixes: int) -> float:
 
 
 def _heard(setup: Setup) -> NDArray[np.float64]:
-    """Return about how many AUVs each ASV hears when the mission begins."""
+    """Return the expected number of AUVs that each ASV hears at the start, (m,)."""
     scenario, reach = setup.scenario, setup.horizontal_reach_m
     asvs, found = scenario.asvs.count, np.zeros(scenario.asvs.count)
     share = min(1.0, math.pi * reach**2 / setup.area.square_m)
@@ -132,13 +133,13 @@ def _heard(setup: Setup) -> NDArray[np.float64]:
 
 
 def heard_share(setup: Setup) -> float:
-    """Return by about how many ASVs an AUV is heard when the mission begins."""
+    """Return the expected number of ASVs that hear an AUV at the start."""
     scenario = setup.scenario
     return min(float(_heard(setup).sum()) / scenario.auvs.count, scenario.asvs.count)
 
 
 def _planned(setup: Setup) -> tuple[float, float]:
-    """Return how many lanes are planned and legs flown."""
+    """Return the number of lanes planned and of legs flown."""
     found = legs = 0.0
     for number, (wing, route) in enumerate(zip(setup.wings, setup.nominal_routes, strict=True)):
         if route.is_held or route.is_recorded:
@@ -152,7 +153,7 @@ def _planned(setup: Setup) -> tuple[float, float]:
 
 
 def _tour(setup: Setup, number: int) -> tuple[float, float]:
-    """Return how many lanes an AUV of a wing has, and at least how long (m) its tour is."""
+    """Return the number of lanes of an AUV of a wing, and the least length (m) of its tour."""
     wing, route = setup.wings[number], setup.nominal_routes[number]
     ruled = route.lanes or Lawnmower()
     group = setup.auvs[wing.members[0]].group
@@ -175,16 +176,14 @@ CONTAINER_LIMITS = (
 
 
 def machine_cores() -> int:
-    """Return on how many cores this process may run."""
+    """Return the number of cores on which this process may run."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def machine_memory() -> float:
-    """Return the memory (bytes) of this machine, or of the container that we are in; infinite where
-    it cannot be told.
-    """
+    """Return the memory (bytes) of this machine or container; infinite where it is unknown."""
     try:
         memory = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):
@@ -195,17 +194,16 @@ def machine_memory() -> float:
     return memory
 
 
-# Beyond this a mission is not begun without being asked for twice.
+# A mission estimated to take longer than this (s) is not begun unless the user insists.
 LONGEST_S = 86_400.0
 
 # From here on a mission's time and memory are told before it is begun.
 WORTH_TELLING_S, WORTH_TELLING_BYTES = 30.0, 2e9
 
-# Seconds and bytes of one of each: a round, a ping, its way to one ASV, a reception that is kept
-# (and written), a frame at an AUV (likewise), a fix, a pair of AUVs of a conflict graph (schedules
-# of one's own) or of DSATUR, a sample of the metrics, of the IMU and of the tracks (written), a
-# control interval of a vehicle, a lane that is planned, a leg that is flown, a pair of AUV and ASV,
-# one of them that has noise.
+# Seconds and bytes of one event each: a round, a ping, its path to one ASV, a recorded reception, a
+# frame at an AUV, a fix, a pair of AUVs in a conflict graph (user-defined schedules) or in DSATUR,
+# a sample of metrics, of the IMU and of tracks (recorded), a control interval of a vehicle, a planned
+# lane, a flown leg, a pair of AUV and ASV, such a pair with noise.
 COSTS: dict[str, tuple[float, float]] = {
     "rounds": (40e-6, 600),
     "pings": (8e-6, 350),
@@ -248,14 +246,14 @@ AUV_S, AUV_BYTES = 1e-3, 10_000
 GRAPH_EDGE_BYTES = 600  # of one graph at a time
 SAMPLE_BYTES, IMU_SAMPLE_BYTES = 130, 48  # of one AUV at a time
 ROW_BYTES = 8 * (NOISE_WIDTH + 1)
-STATES_S, STATES_BYTES = 18e-9, 24  # of a pair of states of a belief, whose room doubles
+STATES_S, STATES_BYTES = 18e-9, 24  # of a pair of states of a belief, whose arrays grow by doubling
 CALL_S, CALLED_S = 60e-6, 2e-6  # of each ping, of each ASV that may call it (twtt, polling)
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a mission is: how many of each thing that costs, its time (s), and its memory
-    (bytes), also by what holds it.
+    """The expected effort of a mission: number of events, time (s), and memory (bytes) by
+    holder.
     """
 
     counts: dict[str, float]
@@ -264,12 +262,12 @@ class Effort:
 
     @property
     def bytes(self) -> float:
-        """The memory of its process."""
+        """The memory (bytes) of the mission's process."""
         return sum(self.held.values())
 
     @property
     def remedy(self) -> str:
-        """What to change in a scenario that takes too much."""
+        """The keys to change in a scenario that takes too much."""
         largest = max(self.held, key=lambda name: self.held[name])
         is_memory = self.bytes > WORTH_TELLING_BYTES
         return REMEDIES.get(largest if is_memory else "", REMEDY)
@@ -289,7 +287,7 @@ class Effort:
 
     @property
     def is_worth_telling(self) -> bool:
-        """Whether somebody would want to know before it is begun."""
+        """Whether the estimate is large enough to be reported before the mission."""
         return self.seconds > WORTH_TELLING_S or self.bytes > WORTH_TELLING_BYTES
 
     def excess(self, at_once: int = 1) -> str:
@@ -302,7 +300,7 @@ class Effort:
 
 
 def effort(setup: Setup) -> Effort:
-    """Return about how much a mission is; within a factor of three where it takes long."""
+    """Return the expected effort of a mission; for long ones within a factor of three."""
     scenario = setup.scenario
     counts = counts_of(setup)
     auvs, duration, record = scenario.auvs.count, scenario.duration_s, scenario.record

@@ -1,4 +1,6 @@
-"""How likely a ping from a place makes a fix that its AUV gets: what a survey's coverage means."""
+"""The chance that a ping from a position makes a fix that its AUV receives: the survey's
+coverage.
+"""
 
 import math
 from collections.abc import Callable
@@ -13,28 +15,29 @@ from ...core.scenario import families
 from ...core.setup import Setup
 from ...support.arrays import Flags, Floats, Ints
 
-# The range within which pings are heard is looked for among so many; where nothing ends it among
-# more, a third of a percent apart, up to so far (m).  Edges are halved in so often.
+# Number of ranges at which a chance is evaluated; of channels without an end more of them, 0.3 %
+# apart, up to a limit (m); number of bisections of an edge.
 LOOKED_UP, MANY, FARTHEST_M, HALVED = 1001, 4001, 1e6, 50
 
-# Cells of which the survey reaches into less than this share are none: rounding.
+# A row of cells that the survey enters by less than this share is left out: rounding.
 ROUNDING = 1e-9
 
-# A cell in whose middle the chance is not, within this, the mean of those at its corners is parted
-# in four, at most so often: edges are then those of cells a sixteenth as large.
+# A cell is split in four, at most so often, where the chance in its middle differs by more than
+# this from the mean at its corners.
 EVEN, PARTED = 1e-3, 4
 
-# So many pairs of a place and an ASV are looked at at once.
+# At most so many pairs of a position and an ASV are evaluated at once.
 MOST_PAIRS = 1_000_000
 
-# A chance of a half, but for what a threshold of SNR at the band's range is rounded by.
+# A chance of a half, less the rounding of an SNR threshold at the band's range.
 HALF = 0.5 - 1e-3
 
 
 class Grid(NamedTuple):
-    """Square cells that cover a survey: their south, west, north and east (m), how many lie along
-    x, the middles (n, 3), m, of what of the survey is in each, all at its depth, from south to
-    north and then from west to east; and which share of each cell that is (n,).
+    """Square cells that cover a survey, from south to north, then from west to east.
+
+    South, west, north and east bounds (m); the number of cells along x; for each cell the middle
+    (n, 3), m, of its part of the survey, at the greatest depth, and its share in the survey (n,).
     """
 
     box: tuple[float, float, float, float]
@@ -49,7 +52,7 @@ class Grid(NamedTuple):
 
     @property
     def size(self) -> float:
-        """How long (m) the sides of cells are."""
+        """The side (m) of a cell."""
         return (self.box[2] - self.box[0]) / self.across
 
     @property
@@ -62,8 +65,8 @@ class Grid(NamedTuple):
 
 
 def survey_grid(setup: Setup, cells: int) -> Grid:
-    """Return so many cells along each side of a square survey, and about as many in all over any
-    other.
+    """Return a grid with `cells` cells along each side of a square survey, or about as many in
+    all.
     """
     box = setup.area.box
     high, wide = box.x_max - box.x_min, box.y_max - box.y_min
@@ -79,8 +82,10 @@ def survey_grid(setup: Setup, cells: int) -> Grid:
 
 
 def _parts(setup: Setup, corners: Floats, size: float) -> tuple[Floats, Floats]:
-    """Return the middles (n, 3), m, of what of a survey is in square cells, and which share of each
-    cell that is (n,), by their south-western corners (n, 2) and their size, m.
+    """Return the middle (n, 3), m, of the survey's part in each cell, and its share of the cell
+    (n,).
+
+    Cells are given by their south-western corners (n, 2) and their side, in m.
     """
     import shapely
 
@@ -92,10 +97,10 @@ def _parts(setup: Setup, corners: Floats, size: float) -> tuple[Floats, Floats]:
 
 
 def mean_chance(setup: Setup, stations: ArrayLike, cells: int) -> tuple[float, float] | None:
-    """Return the mean over the survey of the chance of a fix that is delivered, and the least that
-    was met; cells, of :func:`survey_grid`, through which an edge goes are parted.
+    """Return the mean over the survey of the chance of a delivered fix, and the least chance met.
 
-    None where :func:`fix_chance` is.
+    Cells of :func:`survey_grid` with an edge of coverage are split.  None where :func:`fix_chance`
+    is.
     """
     grid = survey_grid(setup, cells)
     corners, size, middles, share = grid.corners, grid.size, grid.middles, grid.share
@@ -128,13 +133,12 @@ UNIT = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
 
 
 def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats | None:
-    """Return the probability (n,) that a ping from a place makes a fix which is delivered there.
+    """Return the chance (n,) that a ping from a position makes a fix which is delivered there.
 
-    `places` (n, 3) are those of AUVs, `stations` (m, 2) those of ASVs at the surface, in m.  No
-    other sound overlaps the ping, nor the call, the answer or the frame that belong to it; an AUV
-    is called, and answered directly, by its nearest ASV, and ASVs broadcast equally often where
-    nothing fixes who does.  None where a channel of somebody's own decides, or one of links: it is
-    not asked.
+    `places` (n, 3) are positions of AUVs, `stations` (m, 2) of ASVs at the surface, in m.  No other
+    sound overlaps ping, call, answer or frame.  The nearest ASV calls an AUV and answers it
+    directly; ASVs broadcast equally often unless the broadcaster decides.  None for channels that
+    are user-defined or of links, which cannot be evaluated.
     """
     scenario = setup.scenario
     auvs = np.asarray(places, dtype=float)
@@ -154,8 +158,9 @@ def fix_chance(setup: Setup, stations: ArrayLike, places: ArrayLike) -> Floats |
 
 
 def told_ahead(setup: Setup, downlink: str) -> int:
-    """Return after how many broadcasts of a downlink comes that with the fix of a ping, of which a
-    frame tells its AUV; 0 where AUVs know their slots, or ping without, or nobody knows.
+    """Return how many broadcasts after the frame that names an AUV's slot its fix is broadcast.
+
+    0 where AUVs do not need a frame to ping, or where the downlink does not declare it.
     """
     if not setup.tells_slots or setup.scenario.protocol.dissemination.missed != "silent":
         return 0
@@ -170,16 +175,16 @@ def made_and_delivered(
     setup: Setup, heard: Floats, delivered: Floats, away: Floats, *,
     frame: Ints | None = None, cycle: int = 1, number: ArrayLike = 0, ahead: int = 0,
 ) -> tuple[Floats, Floats]:  # fmt: skip
-    """Return how likely a ping of each AUV makes a fix, and how likely that is delivered (..., n).
+    """Return the chance that a ping of each AUV makes a fix, and that the fix is delivered, (...,
+    n).
 
-    Each ASV decodes its pings as often as `heard` says, and it the frames of each ASV as often as
-    `delivered`, from `away` (m; infinite: it has failed), all (..., n, m).  With passive ranging a
-    ping is that of any ASV that works.
-    AUVs of the same `frame` (..., n) are told by one ASV that is chosen for all of them; None: each
-    is looked at by itself.  An AUV's first fix is in the broadcast of a `number` (n,), the others
-    follow by a `cycle` of broadcasts each: where ASVs take turns, not all need send for it.  Where
-    AUVs ping only if they have decoded a frame, their fix comes with that so many broadcasts
-    `ahead`; 0: they ping anyway.
+    `heard`, `delivered` and `away`, all (..., n, m): the chance that an ASV decodes the AUV's ping,
+    that the AUV decodes the ASV's frame, and their distance (m; infinite: the ASV has failed).
+    With passive ranging a ping is that of any ASV that works. One ASV is chosen for all AUVs of the
+    same `frame` (..., n); with None, for each AUV by itself.  An AUV's first fix is in broadcast
+    `number` (n,), the others follow every `cycle` broadcasts: where ASVs take turns, not all of
+    them need to send for it.  Where an AUV pings only after it has decoded a frame, its fix is
+    broadcast `ahead` broadcasts later; 0: it pings anyway.
     """
     scenario = setup.scenario
     works = np.isfinite(away)
@@ -220,8 +225,10 @@ def made_and_delivered(
 
 
 def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 0) -> Floats:
-    """Return the mean (...) of chances (..., m) over those of ASVs that work (..., m) who have the
-    turns of a number (n,), and of all that follow by a cycle each.
+    """Return the mean (...) of chances (..., m) over the working ASVs that send broadcast `number`
+    (n,).
+
+    Further broadcasts follow every `cycle`; `works` (..., m) tells which ASVs work.
     """
     step, place = np.gcd(cycle, works.sum(axis=-1, keepdims=True)), works.cumsum(axis=-1) - 1
     has_turn = works & ((place - np.asarray(number)[..., np.newaxis]) % step == 0)
@@ -229,8 +236,10 @@ def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 
 
 
 def by_first(heard: Floats, delivered: Floats, away: Floats) -> Floats:
-    """Return how likely (...) the answer of the first ASV that hears a ping is decoded: of the
-    nearest, where that misses it of the next, by their chances and ways (..., m).
+    """Return the chance (...) that an AUV decodes the answer of the first ASV that hears its ping.
+
+    The nearest ASV hears it first; if it misses the ping, the next does, by chances and distances
+    (..., m).
     """
     order = away.argsort(axis=-1, kind="stable")
     hears, told = (np.take_along_axis(chances, order, axis=-1) for chances in (heard, delivered))
@@ -247,13 +256,14 @@ def senders(
     located: Floats,
     frame: Ints | None,
 ) -> Ints:
-    """Return which ASV sends each AUV's fix (..., n), where who hears most or is nearest does.
+    """Return the ASV that sends each AUV's fix (..., n), where the best-hearing or nearest one
+    does.
 
-    By how likely each ASV has `heard` an AUV, how far `away` it is (m; infinite: it has failed),
-    and how likely an AUV is `located`, (..., n, m) each; AUVs with the same `frame` (..., n) share
-    one, None: none do.
+    `heard` is the chance that an ASV decodes an AUV, `away` their distance (m; infinite: failed),
+    `located` the chance that an AUV is located, (..., n, m) each.  AUVs with the same `frame` (...,
+    n) share a sender; None: none do.
     """
-    away = np.minimum(away, FARTHEST_M)  # which a weight of 0 does not make no number
+    away = np.minimum(away, FARTHEST_M)  # finite, since 0 times infinity is no number
     score = -heard if rule.chosen_by == "hearing" else away if rule.at_once else located * away
     if frame is not None and frame.ndim > 1:  # one after the other: pairs of large fleets are many
         score = np.stack([_summed(*of_one) for of_one in zip(frame, score, strict=True)])
@@ -263,15 +273,14 @@ def senders(
 
 
 def _summed(frame: Ints, score: Floats) -> Floats:
-    """Return the sum of scores (..., n, m) over the AUVs that share each AUV's frame (n,)."""
+    """Return the sums of scores (..., n, m) over the AUVs that share each AUV's frame (n,)."""
     return np.asarray((frame[:, np.newaxis] == frame).astype(float) @ score)
 
 
 def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
-    """Return how likely one ASV decodes pings over slant ranges (n,), m, from a depth (m).
+    """Return the chance that an ASV decodes pings over slant ranges (n,), m, from a depth (m).
 
-    Of the disc inside its reach, which does not count here.  None: a user-defined channel, or one
-    of links.
+    A disc's range does not cut it off here.  None for a user-defined channel, or one of links.
     """
     return _over(setup, "hf", slants, depth)
 
@@ -279,8 +288,9 @@ def ping_chance(setup: Setup, slants: Floats, depth: float) -> Floats | None:
 def frame_chance(
     setup: Setup, slants: Floats, depth: float, fixes: int | None = None
 ) -> Floats | None:
-    """Return how likely an AUV decodes frames with so many fixes, or those of all (None), as
-    :func:`ping_chance`.
+    """Return the chance that an AUV decodes frames with `fixes` fixes (None: of all AUVs).
+
+    Otherwise as :func:`ping_chance`.
     """
     return _over(setup, "mf", slants, depth, fixes)
 
@@ -297,11 +307,11 @@ def _over(
 
 
 def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
-    """Return how well a band (hf or mf) carries over its range: that slant range (m), the
-    chance there, and the range (m) up to which it is nowhere less than a half.
+    """Return the range (m) of a band (hf or mf), the chance there, and the range (m) of half the
+    signals.
 
-    A disc's horizontal HF range is that to the deepest AUV.  None: a channel of somebody's own, or
-    of links.
+    Up to the last range the chance is nowhere below a half.  A disc's horizontal HF range becomes
+    the slant range to the deepest AUV.  None for a user-defined channel, or one of links.
     """
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, setup.deepest_m
@@ -317,7 +327,7 @@ def delivery(setup: Setup, band: str) -> tuple[float, float, float] | None:
 
 
 def loses_pings(setup: Setup) -> bool:
-    """Tell whether an ASV that should hear a ping may miss it, were nothing to overlap it."""
+    """Tell whether an ASV may miss a ping within range even if no other sound overlaps it."""
     scenario = setup.scenario
     hf = scenario.acoustics.hf
     if not (hf.by_place and hf.traits.ends_at_range):
@@ -331,10 +341,11 @@ Rings = tuple[tuple[float, float], ...]
 
 
 def heard_rings(setup: Setup) -> Rings:
-    """Return between which distances (m), seen from above, an ASV decodes at least half the pings.
+    """Return the horizontal distances (m), as rings, at which an ASV decodes at least half the
+    pings.
 
-    That is up to the HF range of a disc that loses fewer, and where a channel of somebody's own
-    decides, which is not asked; shadows and dips of other channels leave more than one ring.
+    It is one ring up to the HF range for a disc that loses fewer, and for user-defined channels,
+    which cannot be evaluated; shadows and dips of other channels leave several rings.
     """
     scenario = setup.scenario
     hf, depth = scenario.acoustics.hf, setup.deepest_m
@@ -347,9 +358,9 @@ def heard_rings(setup: Setup) -> Rings:
 
 
 def _rings(ranges: Floats, chance: Callable[[Floats], Floats | None]) -> Rings:
-    """Return between which of rising ranges (n,), m, the chance of each is a half or more.
+    """Return the rings of ranges (m) in which a chance is at least a half; `ranges` (n,) rise.
 
-    What is narrower than they lie apart may go unseen.
+    Rings narrower than their spacing may be missed.
     """
 
     def heard(away: Floats, least: float = 0.5) -> Flags:
@@ -368,8 +379,8 @@ def _rings(ranges: Floats, chance: Callable[[Floats], Floats | None]) -> Rings:
 
 
 def _decoded(setup: Setup, band: str, auvs: Floats, asvs: Floats) -> Floats:
-    """Return how likely the ping of each AUV (hf), or the frame with its fix (mf), is decoded by,
-    or from, each ASV (n, m).
+    """Return the chance (n, m) that each ASV decodes each AUV's ping (hf), or each AUV its frame
+    (mf).
     """
     section, channel = setup.scenario.acoustics.bands[band], _channel(setup, band)
     if channel is not None:
@@ -382,15 +393,16 @@ def _decoded(setup: Setup, band: str, auvs: Floats, asvs: Floats) -> Floats:
 
 
 def _on_disc(setup: Setup, band: str, away: Floats) -> Floats:
-    """Return how likely a disc decodes signals from so far (m); it loses no frames."""
+    """Return the chance that a disc decodes signals over distances (m); it loses no frames."""
     if band == "mf":
         return np.ones_like(away)
     return 1.0 - setup.ping_loss.over(away.ravel()).reshape(away.shape)
 
 
 def _channel(setup: Setup, band: str, fixes: int | None = None) -> AskedChannel | None:
-    """Return the channel of a ping, or of a frame with so many fixes: by default those of all or,
-    in an answer, one; None for the disc.
+    """Return the channel of a ping, or of a frame with `fixes` fixes; None for a disc.
+
+    By default a frame has the fixes of all AUVs, and an answer one fix.
     """
     if band == "hf" or setup.frame_channel is None:
         return setup.ping_channel if band == "hf" else None
@@ -407,8 +419,9 @@ def _through(channel: AskedChannel, setup: Setup, band: str, auvs: Floats, asvs:
 
 
 def below(slants: Floats, depth: float) -> tuple[Floats, Floats]:
-    """Return places of AUVs so far (n,), m, from an ASV, at a depth (m) or, nearer than that, right
-    below the ASV, and the place of the ASV.
+    """Return positions of AUVs at slant ranges (n,), m, and a depth (m), and that of the ASV above.
+
+    At a slant range less than the depth, the AUV is straight below the ASV.
     """
     deep = np.minimum(depth, slants)
     level = np.sqrt(slants**2 - deep**2)
@@ -416,5 +429,5 @@ def below(slants: Floats, depth: float) -> tuple[Floats, Floats]:
 
 
 def _apart(auvs: Floats, asvs: Floats, axes: int = 3) -> Floats:
-    """Return how far AUVs are from ASVs (n, m), m, seen from above with two axes."""
+    """Return the distances (n, m), m, of AUVs and ASVs; horizontal ones with `axes` 2."""
     return np.asarray(np.linalg.norm(auvs[:, None, :axes] - asvs[:, :axes], axis=2))

@@ -1,5 +1,6 @@
-"""Warnings of frames of fixes that AUVs hardly ever decode: because ASVs take turns, because a slot
-begins before the frame that tells it has come, or because two frames overlap.
+"""Warnings about frames that AUVs hardly ever decode, or decode too late.
+
+Reasons: ASVs take turns, a slot begins before the frame that names it arrives, frames overlap.
 """
 
 import itertools
@@ -17,10 +18,10 @@ from .limits import SurveySights, groups_made, planned_sights, slots_made, told
 from .round_lengths import gap_s, rounds_of
 from .whereabouts import named, shapes
 
-# AUVs that get less than this of an even share of fixes get none but by chance.
+# AUVs with less than this share of an even share of fixes get none but by chance.
 HARDLY_EVER = 0.01
 
-# Broadcasters whose choice keeps in step with no turns of AUVs
+# Broadcasters that cannot fall in step with the turns of AUVs
 ANYWHERE = [
     name
     for name, rule in families.BROADCASTER.traits.items()
@@ -29,8 +30,8 @@ ANYWHERE = [
 
 
 def frame_warnings(setup: Setup, by_turns: bool, is_told: bool, meet: bool) -> Iterator[Problem]:
-    """Yield warnings of ASVs that broadcast `by_turns`, of AUVs that ping only in slots that they
-    were told (`is_told`), and of frames that may `meet`.
+    """Yield warnings about ASVs in turn (`by_turns`), slots named in frames (`is_told`), and
+    overlaps (`meet`).
     """
     try:
         seen = planned_sights(setup)
@@ -45,8 +46,9 @@ def frame_warnings(setup: Setup, by_turns: bool, is_told: bool, meet: bool) -> I
 
 
 def _turns(setup: Setup, seen: SurveySights) -> Iterator[Problem]:
-    """Yield which AUVs hardly ever get a fix because ASVs broadcast in step with the turns of AUVs,
-    or by turns tell an AUV its slot and its fix, and those whose turn it is do not reach them.
+    """Yield AUVs that hardly ever get a fix, since the ASVs whose turn it is do not reach them.
+
+    ASVs take turns in step with the AUVs, or one ASV names an AUV's slot and another sends its fix.
     """
     protocol, asvs = setup.scenario.protocol, setup.scenario.asvs
     ahead = told_ahead(setup, protocol.downlink)
@@ -74,9 +76,7 @@ def _turns(setup: Setup, seen: SurveySights) -> Iterator[Problem]:
 
 
 def _late(setup: Setup, seen: SurveySights) -> Iterator[Problem]:
-    """Yield who is told too late of the first slot of a round: it may begin sooner than the frame
-    that tells its slots is decoded.
-    """
+    """Yield AUVs that learn the first slot of a round too late: after it has begun."""
     rounds, count = rounds_of(setup), setup.scenario.auvs.count
     slots, fixes = rounds.slots, rounds.auvs
     made = slots_made(setup.schedule, seen.heard)
@@ -106,8 +106,9 @@ def _late(setup: Setup, seen: SurveySights) -> Iterator[Problem]:
 
 
 def _overlapping(setup: Setup, seen: SurveySights) -> Iterator[Problem]:
-    """Yield at which AUVs the end of a frame may overlap the beginning of the next, if it is longer
-    on its way from the one ASV than the other from another.
+    """Yield AUVs at which the end of a frame may overlap the beginning of the next one.
+
+    The first frame comes from a farther ASV than the second.
     """
     made = groups_made(setup.schedule, seen.heard)
     gap = gap_s(setup, None if made is None else int(made.min()))

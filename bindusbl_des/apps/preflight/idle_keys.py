@@ -1,12 +1,11 @@
-"""Keys that do nothing in the mode that a scenario has chosen.
+"""Keys without effect in the mode that a scenario has chosen.
 
-A rule says which keys are idle where other keys have some values, and why.  Which parts it is about
-follows from what parts declare (`core/scenario/families.py`), so that a new part needs no rule.
-Each rule was found by experiment: `tests/preflight/test_warnings.py` toggles every key in every
-mode and compares the missions' tables.  It fails where a key does nothing and no rule says so, and
-where a rule is wrong.
+A rule lists keys that are idle where other keys have certain values, with the reason.  The parts of
+a rule follow from what parts declare (`core/scenario/families.py`), so that a new part needs no
+rule.  `tests/preflight/test_warnings.py` toggles every key in every mode and compares the missions'
+tables: it fails where a key does nothing without a rule, or a rule is wrong.
 
-What settings of a channel, an instrument or a cast leave idle of each other stands at the end.
+At the end stand settings of channels, instruments and casts that make each other idle.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -26,9 +25,9 @@ from ...support.wording import plain
 
 
 class Idle(NamedTuple):
-    """Keys without effect where other keys have one of these values, why, and what to do.
+    """Keys without effect where other keys have one of these values; why; and what to do.
 
-    `but` tells of a scenario whether they have one all the same.
+    `but` tells for a setup whether they have an effect after all.
     """
 
     mode: Mapping[str, tuple[Any, ...]]
@@ -40,7 +39,7 @@ class Idle(NamedTuple):
 
 
 def idle(mode: Mapping[str, tuple[Any, ...]], keys: str, why: str, **more: Any) -> Idle:
-    """Return the rule of keys that are written as a shell expands them.
+    """Return a rule; `keys` is written with braces that expand as in a shell.
 
     >>> idle({}, "duration_s protocol.{frame_s,duplex}", "").keys
     ('duration_s', 'protocol.frame_s', 'protocol.duplex')
@@ -67,7 +66,7 @@ class _Given(tuple[str, ...]):
 
 
 def names(family: Family[Record], has: Callable[[Record], bool]) -> tuple[str, ...]:
-    """Return the names of the parts that ship of which something is true that they declare."""
+    """Return the names of the shipped parts of a family whose declarations satisfy `has`."""
     return tuple(family.having(has))
 
 
@@ -106,7 +105,7 @@ TOLD = "protocol.{contention_chance,forget_after_s,recall_rounds}"
 LOSS = "acoustics.loss.{law,combine,contention_per_auv,cap}"
 CLOCKS = "navigation.{clock_offset_sd_s,clock_drift_sd}"
 STEERING = "auvs.{vehicle.turning_radius_m,join_angle_deg,launch_m,recovery_m}"
-# Of the keys of a USBL these count for vessels as well, which keep their stations by GNSS.
+# Keys of a USBL that have an effect on vessels, too, which keep their stations by GNSS.
 BESIDES = (
     *("preset", "model", "gnss_sd_m", "gnss_correlated_sd_m", "gnss_time_constant_s"),
     "range_rate_sd_m_per_s",
@@ -118,7 +117,7 @@ AS_THEY_LIKE = "AUVs ping as they like"
 
 
 def _frames_late_or_random(setup: Setup) -> bool:
-    """Tell whether frames may still arrive when their slot has ended, or AUVs ping as they like."""
+    """Tell whether frames may arrive after their slot has ended, or AUVs use random access."""
     mf, slots = setup.scenario.acoustics.mf, setup.slots
     late = mf.range_m > slots.downlink_guard * slots.sound_speed
     return late or setup.scenario.protocol.random_access
@@ -131,7 +130,7 @@ def _peers_by_clock(setup: Setup) -> bool:
 
 
 def _wanders(setup: Setup) -> bool:
-    """Tell whether the errors of a sheet of drift wander, as biases that have a frame."""
+    """Tell whether a drift's errors wander, as velocity biases in a frame."""
     return any(setup.drift_line_m(group) is not None for group in setup.groups)
 
 
@@ -506,9 +505,7 @@ RULES = (
 
 
 def idle_keys(setup: Setup) -> Iterator[Problem]:
-    """Yield the keys that are given and do nothing, each once: to no group of AUVs that goes by
-    them.
-    """
+    """Yield given keys that have no effect for any group of AUVs that uses them, each once."""
     if not setup.scenario.auvs.groups:
         yield from _idle(setup, setup.scenario)
         return
@@ -524,7 +521,7 @@ def idle_keys(setup: Setup) -> Iterator[Problem]:
 
 
 def overruled(setup: Setup) -> Iterator[Problem]:
-    """Yield keys that are said of all AUVs, and by each group for itself."""
+    """Yield keys for all AUVs that every group replaces by its own."""
     dumped = _is_whole(setup.scenario)
     for key in setup.overruled_keys:
         if _is_given(setup.scenario, key, dumped):
@@ -533,7 +530,7 @@ def overruled(setup: Setup) -> Iterator[Problem]:
 
 
 def _idle(setup: Setup, scenario: ScenarioKeys) -> Iterator[Problem]:
-    """Yield the keys of a scenario that are given and do nothing, each once."""
+    """Yield given keys of a scenario that have no effect, each once."""
     seen: set[str] = set()
     dumped = _is_whole(scenario)
     for rule in RULES:
@@ -550,7 +547,7 @@ def _idle(setup: Setup, scenario: ScenarioKeys) -> Iterator[Problem]:
 
 
 def _value(scenario: ScenarioKeys, key: str) -> Any:
-    """Return the value of a dotted key, of a vehicle its model; None where there is no such key."""
+    """Return the value at a dotted key; of a vehicle its model; None without such a key."""
     value: Any = scenario
     for name in key.split("."):
         if isinstance(value, PartChoice):
@@ -560,7 +557,7 @@ def _value(scenario: ScenarioKeys, key: str) -> Any:
 
 
 def _setting(key: str, part: PartChoice, name: str) -> Any:
-    """Return the value of a setting of the part that is chosen at a key; None where it has none."""
+    """Return the value of a setting of the part at a key; None if it has no such setting."""
     family = next(family for family in FAMILIES if family.key == key)
     model = family.settings.get(str(part))
     field = model.model_fields.get(name) if model else None
@@ -568,7 +565,7 @@ def _setting(key: str, part: PartChoice, name: str) -> Any:
 
 
 def _is_given(scenario: ScenarioKeys, key: str, dumped: bool) -> bool:
-    """Tell whether a key is given; of a scenario that was `dumped` whole: another value than its
+    """Tell whether a key is given; in a scenario `dumped` whole, whether it differs from its
     default.
     """
     part: Any = scenario
@@ -586,7 +583,7 @@ def _is_given(scenario: ScenarioKeys, key: str, dumped: bool) -> bool:
 
 
 def _is_whole(part: Part) -> bool:
-    """Tell whether every key is set, as where a scenario was written out by the program itself."""
+    """Tell whether every key is set, as in a scenario that the program wrote."""
     values = [getattr(part, name) for name in type(part).model_fields]
     return part.model_fields_set == set(type(part).model_fields) and all(
         _is_whole(value) for value in values if isinstance(value, Part)
@@ -594,7 +591,7 @@ def _is_whole(part: Part) -> bool:
 
 
 def sheet(setup: Setup) -> Iterator[Problem]:
-    """Yield what a USBL's sheet says of signal-to-noise ratios where there are none."""
+    """Yield a USBL's reference SNR where the channel has no SNR."""
     hf, model = setup.scenario.acoustics.hf, setup.scenario.usbl.model
     if "reference_snr_db" in model.settings and not hf.traits.has_levels:
         yield Problem(
@@ -606,7 +603,7 @@ def sheet(setup: Setup) -> Iterator[Problem]:
 
 
 def receivers(setup: Setup) -> Iterator[Problem]:
-    """Yield GNSS receivers of AUVs that are never at the surface, as far as that is planned."""
+    """Yield GNSS receivers of AUVs that are not planned to surface."""
     scenario = setup.scenario
     receiver, routes = scenario.navigation.gnss_fix, [wing.asked for wing in setup.wings]
     planned = all(route.is_flown or route.is_held for route in routes)
@@ -625,7 +622,7 @@ def receivers(setup: Setup) -> Iterator[Problem]:
 
 
 def sonar(setup: Setup) -> Iterator[Problem]:
-    """Yield settings of a sonar that do nothing here."""
+    """Yield settings of a sonar that have no effect."""
     scenario = setup.scenario
     hf, ranging = scenario.acoustics.hf, scenario.protocol.ranging
     if "timing" in hf.channel.settings and not setup.instrument.times_arrivals:
@@ -650,7 +647,7 @@ LEVELS = ("source_level_db", "directivity_index_db", "wind_m_per_s", "shipping",
 
 
 def levels(setup: Setup) -> Iterator[Problem]:
-    """Yield settings of channels with levels that another of their settings leaves out."""
+    """Yield settings of channels with levels that another setting makes idle."""
     for band, section in setup.scenario.acoustics.bands.items():
         if not section.traits.has_levels:
             continue
@@ -677,7 +674,7 @@ def levels(setup: Setup) -> Iterator[Problem]:
 
 
 def bursts(setup: Setup) -> Iterator[Problem]:
-    """Yield how long losses last where nothing is lost."""
+    """Yield durations of bursts of losses where nothing is lost."""
     acoustics = setup.scenario.acoustics
     hf, mf = acoustics.hf, acoustics.mf
     if mf.burst_s is not None and mf.traits.keeps_frames:
@@ -701,7 +698,7 @@ def bursts(setup: Setup) -> Iterator[Problem]:
 
 
 def cast(setup: Setup) -> Iterator[Problem]:
-    """Yield a law of sound speed where the cast says what it is."""
+    """Yield a law of sound speed where the cast has sound speeds itself."""
     water = setup.scenario.environment
     usual = type(water).model_fields["sound_speed_law"].default
     if water.ctd is None or water.sound_speed_law == usual:

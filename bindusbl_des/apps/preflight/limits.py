@@ -1,8 +1,7 @@
-"""The limits of a scenario: what its medium, its modems and its conflict graph leave possible.
+"""What medium, modems and conflict graph make possible in a scenario.
 
-Where AUVs and ASVs are going to be if they keep to their plans decides who is within range of whom,
-and into how many ping groups that makes a round; from that follows how often AUVs would be fixed if
-pings and frames were lost by range alone.
+The planned positions of AUVs and ASVs decide who is in range of whom, and so the ping groups of a
+round; from that follow the rates of fixes if only range loses pings and frames.
 """
 
 from collections.abc import Callable
@@ -42,29 +41,29 @@ from .fix_chance import (
 )
 from .round_lengths import Rounds, rounds_of
 
-# A mission is looked at so often, less often where there are more pairs of AUV and ASV, or of AUVs
-# that may share a slot, than these.
+# Number of instants at which a mission is evaluated; fewer if pairs of AUV and ASV, or of AUVs that
+# may share a slot, would exceed these numbers.
 INSTANTS, MOST_PAIRS, MOST_CHOICES = 121, 4_000_000, 121_000_000
 
-# Whose rates stand beside those of the scenario's own rounds.
+# Downlinks whose rates are computed beside those of the scenario's own rounds.
 COMPARED = tuple(name for name, traits in families.DOWNLINK.traits.items() if traits.is_foreseen)
 
-# Rounds with numbers of fixes that are rarer than this are not asked how long they are, nor those
-# of more numbers of fixes, or of groups, than so many: others lie between them.
+# The length of a round is computed for numbers of fixes that are likelier than this, for at most so
+# many numbers of fixes and of groups; others are interpolated.
 HARDLY_EVER, MOST_LENGTHS = 1e-6, 17
 
-# Frames of more records are not tried in search of the one that carries most of them a second.
+# The most records of a frame that are tried for the highest rate of records.
 MOST_RECORDS = 1000
 
 
 class SurveySights(NamedTuple):
-    """What n AUVs and m ASVs are to each other at k instants (s), evenly spread.
+    """Who hears whom, of n AUVs and m ASVs, at k instants (s), evenly spread.
 
-    Which ASVs hear the pings of which AUVs, and which AUVs the frames of which ASVs, as the
-    protocol counts its ranges, and how far (m) those are that work (else infinite), (k, n, m).  How
-    likely each decodes each other's `pings` and `frames`, if no other sound overlaps (k, n, m), and
-    a ping's fix is delivered alone in a frame by the ASV that reaches the AUV best (k, n); as often
-    as in range where a channel of somebody's own decides.
+    `heard` and `reached` (k, n, m): the ASV is in HF range of the AUV's ping, the AUV in MF range
+    of the ASV's frame.  `away_m` (k, n, m): their distance (m), infinite for a failed ASV.  `pings`
+    and `frames` (k, n, m): the chances of decoding without other sounds.  `at_best` (k, n): the
+    chance that a ping's fix is delivered alone in a frame by the ASV that reaches the AUV best.
+    With user-defined channels, the chances are 1 in range and 0 elsewhere.
     """
 
     times_s: Floats
@@ -77,11 +76,11 @@ class SurveySights(NamedTuple):
 
 
 def planned_sights(setup: Setup) -> SurveySights:
-    """Return who is to be within range of whom, by the plans of a scenario.
+    """Return who is in range of whom by the plans of a scenario.
 
     Raises:
         ValueError: when the route cannot be flown.
-        PluginError: when one's own is not allowed, or makes none.
+        PluginError: when a user-defined part is not allowed or fails.
     """
     times, vehicles = instants(setup.scenario), setup.planned_auvs
     auvs = np.empty((len(times), len(vehicles), 3))
@@ -94,8 +93,9 @@ def planned_sights(setup: Setup) -> SurveySights:
 
 
 def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
-    """Return the instants (s) at which a mission is looked at: midway through equal parts of it,
-    `most` of them unless there are many vehicles.
+    """Return the instants (s) at which a mission is evaluated: the middles of equal parts of it.
+
+    There are `most` of them, fewer for many vehicles.
     """
     auvs, pairs = scenario.auvs.count, scenario.auvs.count * scenario.asvs.count
     count = max(min(most, MOST_PAIRS // pairs, MOST_CHOICES // auvs**2), 1)
@@ -103,8 +103,10 @@ def instants(scenario: Scenario, most: int = INSTANTS) -> Floats:
 
 
 def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySights:
-    """Return who is within range of whom, of AUVs (k, n, 3) and ASVs (k, m, 3), m, at instants
-    (k,), s.  An ASV that has failed neither hears nor is heard.
+    """Return who is in range of whom, for AUVs (k, n, 3) and ASVs (k, m, 3), m, at instants (k,),
+    s.
+
+    An ASV that has failed neither hears nor is heard.
     """
     scenario = setup.scenario
     hf, mf = scenario.acoustics.hf, scenario.acoustics.mf
@@ -131,9 +133,11 @@ def sights(setup: Setup, times: Floats, auvs: Floats, asvs: Floats) -> SurveySig
 
 
 def told(setup: Setup, sights: SurveySights, downlink: str) -> tuple[Floats, Floats, int]:
-    """Return how likely a ping makes a fix, and one that is delivered by a downlink, (k, n); and
-    after how many broadcasts the one comes back that has an AUV's fix: 1 where that changes, or all
-    share them.
+    """Return the chances that a ping makes a fix, and that a downlink delivers it, (k, n), and a
+    cycle.
+
+    The cycle is the number of broadcasts after which the one with an AUV's fix recurs: 1 where that
+    changes, or all AUVs share a broadcast.
     """
     rule, schedule = setup.broadcaster, setup.schedule
     known = families.DOWNLINK.traits.get(downlink)
@@ -159,9 +163,7 @@ def told(setup: Setup, sights: SurveySights, downlink: str) -> tuple[Floats, Flo
 
 
 def _some_wait(setup: Setup, sights: SurveySights, fixes: int) -> bool:
-    """Tell whether fixes wait for an ASV that works, or for a place in messages: not all of a group
-    with so many fixes are in the broadcast that follows.
-    """
+    """Tell whether fixes may miss their group's broadcast, for lack of a working ASV or of room."""
     messages = setup.messages
     is_short = messages.most is not None and not messages.splits
     is_late = is_short and (setup.scenario.protocol.calls or (messages.most or 0) < fixes)
@@ -172,8 +174,10 @@ def _chances(
     setup: Setup, slant: Floats, in_range: Flags, works: Flags, band: str,
     chance: Callable[[Setup, Floats, float], Floats | None],
 ) -> Floats:  # fmt: skip
-    """Return how likely signals are decoded over slant ranges (k, n, m), m, looked up by these, for
-    each AUV from its own depth.
+    """Return the chance of decoding signals over slant ranges (k, n, m), m, from each AUV's own
+    depth.
+
+    `chance` is tabulated by range and interpolated.
     """
     ranges = np.linspace(0.0, max(float(slant.max()), 1.0), LOOKED_UP)
     depths = np.array([setup.auvs[auv].depth_m for auv in range(slant.shape[1])])
@@ -189,11 +193,11 @@ def _chances(
 
 @dataclass(frozen=True)
 class Groups:
-    """Ping groups of a round, means over instants.
+    """Ping groups of a round, as means over instants.
 
-    Those that the schedule makes (None: only it knows); between what the fewest lie that are free
-    of conflicts, equal where the chromatic number is known; the clique number (None: not worked
-    out); the most AUVs that one ASV hears; how many AUVs that are heard share a slot, at most.
+    `made` by the schedule (None: only it knows); bounds of the `fewest` conflict-free groups, equal
+    where the chromatic number is known; the `clique` number (None: not computed); the most AUVs
+    that one ASV hears; the bound of AUVs that share a slot (`reuse`).
     """
 
     made: float | None
@@ -209,7 +213,7 @@ class Groups:
 
 
 def groups_of(schedule: families.ScheduleTraits, heard: Flags) -> Groups:
-    """Return the ping groups of rounds that begin with so much in HF range, (k, n, m)."""
+    """Return the ping groups of rounds, for AUVs and ASVs in HF range (k, n, m)."""
     made = groups_made(schedule, heard)
     small = heard.shape[1] <= EXACT_UP_TO
     low, high = each(heard, fewest_groups).mean(axis=0).tolist()
@@ -223,15 +227,16 @@ def groups_of(schedule: families.ScheduleTraits, heard: Flags) -> Groups:
 
 
 def groups_made(schedule: families.ScheduleTraits, heard: Flags) -> Ints | None:
-    """Return how many ping groups a schedule makes of what is in range (k, n, m), at each instant
-    (k,); None where only the schedule knows.
+    """Return the number of ping groups of a schedule at each instant (k,), for `heard` (k, n, m).
+
+    None where only the schedule knows.
     """
     slots = slots_made(schedule, heard)
     return None if slots is None else np.asarray(slots.max(axis=1) + 1)
 
 
 def slots_made(schedule: families.ScheduleTraits, heard: Flags) -> Ints | None:
-    """Return the slot of each AUV (k, n) at each instant, as :func:`groups_made`."""
+    """Return the slot of each AUV at each instant (k, n), as :func:`groups_made`."""
     if schedule.framed:
         return np.zeros(heard.shape[:2], dtype=np.int64)
     if not schedule.has_exact_groups:
@@ -247,9 +252,7 @@ def slots_made(schedule: families.ScheduleTraits, heard: Flags) -> Ints | None:
 
 
 def each(heard: Flags, of: Callable[[Flags], ArrayLike]) -> Floats:
-    """Return what belongs to what is in range (k, n, m) at each instant, (k, ...): of equal ones
-    asked once.
-    """
+    """Return `of` applied to what is in range (n, m) at each instant, (k, ...); equal ones once."""
     kept: dict[bytes, ArrayLike] = {}
     keys = [now.tobytes() for now in heard]
     for key, now in zip(keys, heard, strict=True):
@@ -260,13 +263,13 @@ def each(heard: Flags, of: Callable[[Flags], ArrayLike]) -> Floats:
 
 @dataclass(frozen=True)
 class Rates:
-    """How often (1/s) each of n AUVs is fixed, (n,), as a mean over the mission."""
+    """Rates of fixes (1/s) of n AUVs, (n,), as means over the mission."""
 
     each: Floats
 
     @property
     def mean(self) -> float:
-        """The mean of the fleet."""
+        """The mean rate (1/s) of the fleet."""
         return float(self.each.mean())
 
     @property
@@ -276,16 +279,17 @@ class Rates:
 
     @property
     def lowest(self) -> float:
-        """The rate of that AUV."""
+        """The lowest rate (1/s) of an AUV."""
         return float(self.each[self.worst])
 
 
 def rates_of(setup: Setup, rounds: Rounds, sights: SurveySights, senders: int) -> dict[str, Rates]:
-    """Return the rates of a scenario's own rounds (`planned`; none where they are not known), of
-    sequential and pipelined ones of its schedule, and with frame behind frame (`back_to_back`; none
-    without frames): no protocol has more whose AUVs ping, and collide, equally often.
+    """Return the rates of fixes by kind of round.
 
-    `senders` broadcast at once.
+    `planned`: the scenario's own rounds (left out where their length is unknown); other downlinks
+    by their names, with the scenario's schedule; `back_to_back`: frame behind frame (left out
+    without frames), which no protocol exceeds whose AUVs ping, and collide, equally often.
+    `senders` ASVs broadcast at once.
     """
     scenario = setup.scenario
     protocol = scenario.protocol
@@ -312,19 +316,20 @@ def rates_of(setup: Setup, rounds: Rounds, sights: SurveySights, senders: int) -
             share = 1.0 if alone else _carried(rounds.slots, made_then)
             lengths = _lengths(downlink, rounds, groups, made_then)
             found["planned" if is_own else downlink] = _shared(by_it * share, lengths)
-    if protocol.sends_frames:  # whoever pings, told of its slot or not
+    if protocol.sends_frames:  # for any AUV that pings, whether or not a frame named its slot
         heard = made_and_delivered(setup, sights.pings, sights.frames, sights.away_m)[0]
         carried = cache(lambda auvs: _records(scenario, rounds.slots, senders, auvs)[0])
         records_hz = np.array([carried(auvs) for auvs in (heard > 0.0).sum(axis=1).tolist()])
-        # of pings that are mostly lost there may be more than frames, but not without a pause
+        # if most pings are lost, there may be more of them than frames, but each takes its time
         fixes = np.maximum(heard.sum(axis=1), records_hz * scenario.acoustics.hf.ping_s)
         found["back_to_back"] = _shared(sights.at_best, fixes / records_hz)
     return found
 
 
 def _carried(slots: Slots, made: Floats) -> Floats:
-    """Return which share of the fixes that are made (k, n) is carried (k, 1) by broadcasts of one
-    message, whoever share it: if they are not split, others never get a place.
+    """Return the share (k, 1) of fixes made (k, n) that broadcasts of one message carry.
+
+    If messages are not split, the other fixes are never sent.
     """
     most = slots.messages.most
     if most is None or slots.messages.splits:
@@ -333,13 +338,13 @@ def _carried(slots: Slots, made: Floats) -> Floats:
 
 
 def _shared(delivered: Floats, lengths: Floats) -> Rates:
-    """Return the rates of AUVs whose ping in each round (k,), s, makes as many fixes (k, n)."""
+    """Return the rates of AUVs with `delivered` (k, n) fixes in each round of length (k,), s."""
     return Rates(np.asarray((delivered / lengths[:, np.newaxis]).mean(axis=0)))
 
 
 def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Floats:
-    """Return how long (s) rounds are on average at each instant (k,), whose pings make fixes as
-    often as told (k, n).
+    """Return the mean length (s) of a round at each instant (k,); pings make fixes with chances (k,
+    n).
     """
     further, named, slots = rounds.contention, rounds.named, rounds.slots
     numbers = _numbers(made)
@@ -360,16 +365,14 @@ def _lengths(downlink: str, rounds: Rounds, groups: Ints, made: Floats) -> Float
 
 
 def _some(numbers: Ints) -> Ints:
-    """Return rising whole numbers, of many the first, the last and some between them."""
+    """Return rising whole numbers, or of many the first, the last and some between."""
     if len(numbers) <= MOST_LENGTHS:
         return numbers
     return np.unique(np.linspace(numbers[0], numbers[-1], MOST_LENGTHS).astype(np.int64))
 
 
 def _numbers(made: Floats) -> Floats:
-    """Return how likely pings that make fixes as often as told (k, n) make 0 to n together
-    (k, n + 1).
-    """
+    """Return the distribution (k, n + 1) of the number of fixes, for chances (k, n) of each AUV."""
     numbers = np.eye(1, made.shape[1] + 1) * np.ones((len(made), 1))
     for chance in made.T[..., np.newaxis]:
         numbers[:, 1:] += chance * (numbers[:, :-1] - numbers[:, 1:])
@@ -379,15 +382,15 @@ def _numbers(made: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Limits:
-    """What is possible in a mission; what does not apply to its protocol is None.
+    """What is possible in a mission; None where it does not apply to the protocol.
 
-    `in_range` (n,) is the share of the time in which each AUV is in range of some ASV, `fix_chance`
-    (n,) how likely a ping makes a fix that its AUV gets, a mean over the mission.  An ASV decodes
-    `decodes_hz` pings (1/s) at most whose arrivals may touch, `cleared_hz` if each has `CLEARING_S`
-    to die away; with ALOHA `capacity_hz` on average, whatever the load (slotted: if no two of a
-    slot are heard).  The downlink carries `records_hz` (1/s) at most, of as many `senders` as may
-    broadcast at once, with `in_a_frame` of them in each frame.  A fix takes `latency_s` (s) at
-    least, a mean over AUVs in range.  `rates` are those of :func:`.limits.rates_of`.
+    `in_range` (n,): share of time in which each AUV is in range of an ASV.  `fix_chance` (n,): mean
+    chance that a ping makes a fix that its AUV receives.  `decodes_hz`: pings (1/s) that an ASV
+    decodes at most if arrivals may touch; `cleared_hz` if each has `CLEARING_S` to die away;
+    `capacity_hz` the mean with ALOHA at the best load (slotted: if no two of a slot are heard).
+    `records_hz`: records (1/s) that the downlink carries at most, by `senders` that broadcast at
+    once, `in_a_frame` in each frame.  `latency_s`: least latency (s) of a fix, a mean over AUVs in
+    range.  `rates`: see :func:`.limits.rates_of`.
     """
 
     in_range: Floats
@@ -404,7 +407,7 @@ class Limits:
 
     @property
     def frames(self) -> str:
-        """The frames that carry so many records, in words."""
+        """The frames that carry `records_hz`, in words."""
         each = f"{self.in_a_frame} a frame" if self.in_a_frame < MOST_RECORDS else "long frames"
         return each + f", {self.senders} ASVs at once" * (self.senders > 1)
 
@@ -412,18 +415,18 @@ class Limits:
 def limits(scenario: Scenario) -> Limits:
     """Return what is possible in a mission whose vehicles keep to their plans.
 
-    A ring of stations stands in for ASVs that move.
+    A ring of stations replaces ASVs that move.
 
     Raises:
         ValueError: when the route cannot be flown.
-        PluginError: when one's own is not allowed, or makes none.
+        PluginError: when a user-defined part is not allowed or fails.
     """
     setup = Setup.of(scenario)
     return limits_of(setup, planned_sights(setup))
 
 
 def limits_of(setup: Setup, sights: SurveySights) -> Limits:
-    """Return what is possible in a mission in which so much is in range."""
+    """Return what is possible in a mission with these vehicles in range."""
     scenario = setup.scenario
     rounds, protocol = rounds_of(setup), scenario.protocol
     slots, ping = rounds.slots, scenario.acoustics.hf.ping_s
@@ -448,8 +451,9 @@ def limits_of(setup: Setup, sights: SurveySights) -> Limits:
 
 
 def _records(scenario: Scenario, slots: Slots, senders: int, auvs: int) -> tuple[float, int]:
-    """Return how many records (1/s) so many ASVs can send, of AUVs that ping once before each frame
-    or as they like, and how many are in a frame then.
+    """Return the records (1/s) that `senders` can send at most, and how many are in a frame then.
+
+    AUVs ping once before each frame, or by random access.
     """
     most = slots.messages.most or MOST_RECORDS
     fixes = senders * MOST_RECORDS if scenario.protocol.random_access else max(auvs, 1)
@@ -461,9 +465,9 @@ def _records(scenario: Scenario, slots: Slots, senders: int, auvs: int) -> tuple
 
 
 def _capacity(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
-    """Return how many pings (1/s) of ALOHA the ASV decodes that hears most AUVs, at the best load.
+    """Return the pings (1/s) of ALOHA that the busiest ASV decodes at the best load.
 
-    None where no closed form tells, and where nobody is heard.
+    None without a closed form, or where no AUV is heard.
     """
     auvs = round(float(each(sights.heard, most_heard).mean()))
     if not setup.scenario.protocol.random_access or auvs == 0 or setup.scenario.traffic is not None:
@@ -478,14 +482,14 @@ def _capacity(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
 
 
 def _senders(setup: Setup, sights: SurveySights) -> int:
-    """Return how many ASVs may send frames at once, at most."""
+    """Return the largest number of ASVs that may send frames at once."""
     if not setup.broadcaster.at_once and not setup.scenario.protocol.replies:
         return 1
     return int(each(sights.reached, disjoint_senders).max())
 
 
 def _latency(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
-    """Return the least latency (s) of fixes, a mean over AUVs in range; None if none ever is."""
+    """Return the mean of the least latency (s) over AUVs in range; None if none ever is."""
     near = sights.away_m.min(axis=2)[sights.heard.any(axis=2)]
     if not near.size:
         return None
@@ -493,7 +497,7 @@ def _latency(setup: Setup, sights: SurveySights, slots: Slots) -> float | None:
 
 
 def least_latency(setup: Setup, slots: Slots, up_m: float, down_m: float) -> float:
-    """Return the least latency (s) of a fix whose ping travels up and which travels down, m."""
+    """Return the least latency (s) of a fix whose ping and frame travel `up_m` and `down_m` (m)."""
     c, protocol = setup.sound_speed_m_per_s, setup.scenario.protocol
     if protocol.asvs_ping:
         return latency_bound(0.0, slots.ping_duration, down_m, c)

@@ -1,7 +1,7 @@
-"""What a mission refuses as it is put together, asked before there is one.
+"""Why a mission cannot begin, found before it is made.
 
-What keys contradict is told where they are read.  This takes longer to find out: at which speed a
-hull settles, how often a path comes up, what stands in a file of sound.
+Contradictions between keys are found when the scenario is read.  These checks take longer: at which
+speed a hull settles, how often a path surfaces, what a table of rays holds.
 """
 
 from collections.abc import Iterator
@@ -13,12 +13,12 @@ from ...core.setup import Setup
 from ...support.mistakes import Problem, ScenarioError
 from ...support.plain_yaml import Document
 
-# A mean of a varying current beyond so many standard deviations is drawn by one seed in forty.
+# One seed in forty draws a mean current beyond so many standard deviations.
 SIGMAS = 2.0
 
 
 def usable(source: Source, allow_plugins: bool = False) -> tuple[Document, Scenario]:
-    """Return the scenario of a file that a mission does not refuse, and the document it is of.
+    """Return the scenario of a file whose mission can begin, and its document.
 
     Raises:
         ScenarioError: listing every mistake.
@@ -39,7 +39,7 @@ def refusals(setup: Setup) -> Iterator[Problem]:
 
 
 def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
-    """Yield vehicles too slow for the current that some seeds draw."""
+    """Yield vehicles that are too slow for the current of some seeds."""
     scenario = setup.scenario
     water, span = scenario.environment, scenario.duration_s
     sd, memory = water.current_variation_m_per_s, water.current_variation_time_s
@@ -51,9 +51,7 @@ def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
 
 
 def _tables(setup: Setup) -> Iterator[Problem]:
-    """Yield what is wrong with tables of sound, which are held to the scenario's water, and with
-    links, which are held to its vehicles.
-    """
+    """Yield tables of rays that do not fit the water, and links that do not fit the vehicles."""
     for band in ("hf", "mf"):
         channel = setup.scenario.acoustics.bands[band].channel
         if setup.scenario.acoustics.bands[band].traits.by_link and not channel.is_own:
@@ -73,7 +71,7 @@ def _tables(setup: Setup) -> Iterator[Problem]:
 
 
 def _ways(setup: Setup) -> Iterator[Problem]:
-    """Yield why AUVs cannot fly what is planned for them: those that steer, or come up."""
+    """Yield why AUVs that have dynamics, or surface, cannot fly their plans."""
     comes_up = [wing for wing in setup.wings if wing.asked.surfacing is not None]
     steered = [group for group in setup.groups if group.vehicle.has_dynamics]
     if not (steered or comes_up) or any(wing.asked.choice.is_own for wing in setup.wings):
@@ -89,7 +87,7 @@ def _ways(setup: Setup) -> Iterator[Problem]:
 
 
 def _carried_away(setup: Setup, current: float, *, is_sure: bool) -> Iterator[Problem]:
-    """Yield fleets of hulls that make less way than a current (m/s), of all seeds or of some."""
+    """Yield fleets that a current (m/s) carries away, for all seeds (`is_sure`) or for some."""
     scenario, asvs = setup.scenario, setup.scenario.asvs
     varies = scenario.environment.current_variation_m_per_s > 0.0
     if current == 0.0 or is_sure == varies:

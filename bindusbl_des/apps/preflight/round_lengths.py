@@ -1,6 +1,4 @@
-"""How long the rounds of a scenario's protocol last, from its slots alone; or what AUVs that ping
-as they like offer a band, and what can be expected of it. Nothing is simulated.
-"""
+"""How long the rounds of a protocol last, from its slots alone; and the load of random access."""
 
 import math
 from collections.abc import Iterator
@@ -16,15 +14,14 @@ from .bounds import aloha_success, offered_load, slot_share, slotted_success
 
 @dataclass(frozen=True)
 class Rounds:
-    """The rounds of a protocol: their slots and downlink, and which ping groups they may have.
+    """The rounds of a protocol: slots, downlink, and the ping groups that they may have.
 
-    With random access there are none: one of no groups is a cycle of the downlink, at its shortest.
-    They have `fewest` to `most` groups, together of `auvs` AUVs.  A schedule with frames (`frame`
-    in s, else 0) begins each round with a frame.  How long those of a downlink of one's own last,
-    only it knows; where a number is needed, they are taken for sequential ones.  With passive
-    ranging there is no downlink (None), and groups are of one ASV each.  Broadcasts tell
-    `named` AUVs their slots, and after the groups there may be a slot for others (`contention`).
-    Where slots are not all of T_UL, `pace` has those of the shortest and of the longest.
+    A round has `fewest` to `most` groups, with `auvs` AUVs in all.  A schedule with frames begins a
+    round each `frame` (s; else 0).  Random access has no rounds: one of no groups is the shortest
+    cycle of the downlink.  Only a user-defined downlink knows its lengths; where a number is
+    needed, `sequential` stands in.  With passive ranging there is no downlink (None), and a group
+    is one ASV. Broadcasts name the slots of `named` AUVs, and a slot for the others may follow
+    (`contention`). Where slots are not all of T_UL, `pace` has the shortest and the longest ones.
     """
 
     slots: Slots
@@ -39,12 +36,12 @@ class Rounds:
 
     @property
     def are_known(self) -> bool:
-        """Whether the lengths follow from the slots: those of a downlink that ships do."""
+        """Whether the lengths follow from the slots: always for shipped downlinks."""
         return self.downlink is None or self.downlink in families.DOWNLINK.traits
 
     @property
     def broadcasts(self) -> bool:
-        """Whether fixes are broadcast, so that their number decides how long a round lasts."""
+        """Whether ASVs broadcast fixes, so that their number decides the length of a round."""
         return (
             self.downlink is not None
             and not families.DOWNLINK.traits.get(self.downlink, families.DownlinkTraits()).replies
@@ -52,30 +49,30 @@ class Rounds:
 
     @property
     def shortest(self) -> Slots:
-        """The slots where none is longer than it must be."""
+        """The slots at their shortest."""
         return self.slots if self.pace is None else self.pace[0]
 
     def length(self, groups: int, fixes: int) -> float:
-        """Return the time (s) that a round of some groups and fixes takes, at most."""
+        """Return the longest time (s) that a round with these groups and fixes takes."""
         return self._lasts(self.slots if self.pace is None else self.pace[1], groups, fixes)
 
     def least(self, groups: int, fixes: int) -> float:
-        """Return the time (s) that it takes at least."""
+        """Return the shortest time (s) that a round with these groups and fixes takes."""
         return self._lasts(self.shortest, groups, fixes)
 
     def _lasts(self, slots: Slots, groups: int, fixes: int) -> float:
         return cycle(self.downlink, slots, groups + self.contention, fixes, self.named).length_s
 
     def usual(self, groups: int, fixes: int) -> float:
-        """Return about how long (s) it is from one round to the next."""
+        """Return the typical time (s) from one round to the next."""
         return max((self.least(groups, fixes) + self.length(groups, fixes)) / 2, self.frame)
 
     def period(self, groups: int, fixes: int) -> float:
-        """Return the time (s) from one round to the next: its length, or its frame if longer."""
+        """Return the longest time (s) from one round to the next."""
         return max(self.length(groups, fixes), self.frame)
 
     def pace_lines(self, schedule: families.ScheduleTraits) -> Iterator[str]:
-        """Yield how long slots are that are not all of T_UL."""
+        """Yield, in sentences, the lengths of slots that are not all of T_UL."""
         if self.pace is None:
             return
         least = 1e3 * self.pace[0].uplink_slot
@@ -92,7 +89,9 @@ class Rounds:
 
 
 def rounds_of(setup: Setup) -> Rounds:
-    """Return the rounds of a scenario's protocol; a plug-in not loaded yet has no frames."""
+    """Return the rounds of a scenario's protocol; a plug-in not yet loaded counts as without
+    frames.
+    """
     scenario, protocol, slots = setup.scenario, setup.scenario.protocol, setup.slots
     count, asvs, schedule = scenario.auvs.count, scenario.asvs.count, setup.schedule
     if protocol.asvs_ping:
@@ -117,10 +116,10 @@ def rounds_of(setup: Setup) -> Rounds:
 
 
 def gap_s(setup: Setup, groups: int | None = None) -> float:
-    """Return how long (s) it is at least from the end of a broadcast to the beginning of the next,
-    by the slots, in rounds of so many ping groups (the fewest) in which all AUVs are fixed.
+    """Return the least time (s) from the end of a broadcast to the beginning of the next.
 
-    What lies between the frames of a downlink of one's own only it knows: for ever.
+    It follows from the slots of rounds with `groups` ping groups (by default the fewest) in which
+    all AUVs are fixed; infinite for a user-defined downlink, which alone knows it.
     """
     rounds, downlink = rounds_of(setup), setup.downlink
     slots, fixes, named = rounds.slots, max(rounds.auvs, 1), rounds.named
@@ -137,11 +136,11 @@ def gap_s(setup: Setup, groups: int | None = None) -> float:
 
 
 def pace_of(setup: Setup, slots: Slots) -> tuple[Slots, Slots] | None:
-    """Return slots of the shortest and of the longest length, of schedules without T_UL.
+    """Return slots of the shortest and of the longest length, for schedules without T_UL.
 
-    An AUV right below its caller answers soonest; who is not answered waits for T_UL.  Packed
-    arrivals follow each other, the first after the longest way at most; AUVs are taken to be where
-    they are believed.
+    An AUV straight below its caller answers soonest; an AUV without an answer takes T_UL.  Packed
+    arrivals follow each other, the first after at most the longest path; AUVs are assumed to be
+    where the fleet believes them to be.
     """
     scenario, ping, pace = setup.scenario, slots.ping_duration, setup.schedule.pace
     if pace == "answered":
@@ -155,7 +154,7 @@ def pace_of(setup: Setup, slots: Slots) -> tuple[Slots, Slots] | None:
     return None
 
 
-# Of so many fixes in a broadcast header and guard count for nothing.
+# With so many fixes in a broadcast, header and guard are negligible.
 MANY = 1000
 
 
@@ -163,10 +162,10 @@ MANY = 1000
 class OfferedLoad:
     """The load of a scenario's random access.
 
-    `load` is G, of pings or of slots (`lasts_s` each).  `success` is how likely a ping meets no
-    other at an ASV that hears all AUVs, None where no closed form tells.  All AUVs send
-    about `pings_per_s`.  One that holds back (csma) waits for `window` - 1 slots of `slot_s` in
-    quiet at most.  An ASV hears no ping while it answers one for `answer_s`.
+    `load` is G, in pings or slots of `lasts_s` (s).  `success` is the chance that a ping meets no
+    other at an ASV that hears all AUVs, None without a closed form.  All AUVs together send
+    `pings_per_s`. With csma a sender backs off for at most `window` - 1 quiet slots of `slot_s`.
+    An ASV hears no ping while it answers one for `answer_s`.
     """
 
     senders: int
@@ -180,23 +179,23 @@ class OfferedLoad:
 
     @property
     def fixes_per_s(self) -> float:
-        """How many pings per second meet no other at such an ASV; all of them with csma.
+        """The rate (1/s) of pings that meet no other at such an ASV; with csma of all pings.
 
-        Of pings that come while it answers it makes none: r of a rate R, r = R (1 - r T).
+        An ASV that answers for T misses pings meanwhile: r of a rate R, r = R (1 - r T).
         """
         met = self.pings_per_s * (1.0 if self.success is None else self.success)
         return met / (1.0 + met * self.answer_s)
 
     @property
     def least_fixes_per_s(self) -> float:
-        """The same, but with csma as many as of ALOHA: who listens first collides less."""
+        """The same rate; with csma, that of ALOHA, which collides more often."""
         if self.success is not None:
             return self.fixes_per_s
         return self.pings_per_s * aloha_success(self.load, self.senders)
 
 
 def carried_per_s(setup: Setup) -> float:
-    """Return how many fixes a second its broadcasts carry at most, one behind the other."""
+    """Return the largest rate (1/s) of fixes that broadcasts carry, one behind the other."""
     slots = setup.slots
     most = slots.messages.most
     counts = (MANY,) if most is None or slots.messages.splits else range(1, most + 1)
@@ -208,7 +207,7 @@ def offered(setup: Setup, slots: Slots | None = None) -> OfferedLoad:
     """Return the load that the AUVs of a scenario with random access offer."""
     scenario, protocol = setup.scenario, setup.scenario.protocol
     slots, senders, every = slots or setup.slots, scenario.auvs.count, protocol.frame_s
-    # data follow pings, so that no closed form tells
+    # data follow pings, for which there is no closed form
     access = setup.schedule.access if scenario.traffic is None else "program"
     if access == "slotted":
         slot = slots.clock.after(0.0, slots.uplink_slot)

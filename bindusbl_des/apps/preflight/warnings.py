@@ -1,7 +1,6 @@
-"""What a scenario leaves unsaid though it changes the answers: warnings, each with its numbers and
-at its line of the file.
+"""Warnings about a scenario, each with its numbers and at its line of the file.
 
-Nothing here is wrong: the mission runs as it is described, but perhaps not as it was meant.
+Nothing here is wrong: the mission runs as described, but perhaps not as meant.
 """
 
 import math
@@ -26,9 +25,9 @@ from .refusals import perhaps_carried_away, usable
 
 
 def failing(setup: Setup) -> Iterator[Problem]:
-    """Yield failures that have no effect, and instants from which no ASV works."""
+    """Yield failures without effect, and instants from which no ASV works."""
     scenario = setup.scenario
-    end, seen = float(scenario.duration_s), set[float]()  # several may fail at one instant
+    end, seen = float(scenario.duration_s), set[float]()  # several ASVs may fail at one instant
     for number, failure in enumerate(scenario.asvs.failures):
         key = f"asvs.failures.{number}.at_s"
         if failure.at_s >= end:
@@ -48,7 +47,7 @@ def failing(setup: Setup) -> Iterator[Problem]:
             )
 
 
-# Means over fewer samples than this say little.
+# Means over fewer samples than this are poor.
 FEWEST_SAMPLES = 10
 
 
@@ -64,15 +63,17 @@ def warnings_of(scenario: Scenario) -> list[ScenarioWarning]:
 
 
 def _left_out(setup: Setup) -> Iterator[Problem]:
-    """Yield which rows of files do not count."""
+    """Yield rows of files that are ignored."""
     for key, read, *source in _readings(setup):
-        with suppress(ValueError):  # which is told as a mistake
+        with suppress(ValueError):  # reported as a mistake
             for told in read(*source).left_out:
                 yield Problem(key, told)
 
 
 def _readings(setup: Setup) -> Iterator[tuple[Any, ...]]:
-    """Yield the key of each file with rows, what reads it, and what that is to be given."""
+    """Yield for each file with rows its key, the function that reads it, and that function's
+    arguments.
+    """
     scenario = setup.scenario
     surface_m = scenario.environment.surface_m
     routes = [(wing.key, wing.asked.recording) for wing in setup.wings]
@@ -105,9 +106,7 @@ def _former_words(setup: Setup) -> Iterator[Problem]:
 
 
 def _spacing_m(array: Sequence[Sequence[float]]) -> float:
-    """Return the distance (m) to its nearest neighbour of the element that is the farthest from
-    others.
-    """
+    """Return the largest distance (m) from an element to its nearest neighbour."""
     return max(
         min(math.dist(one, other) for there, other in enumerate(array) if there != here)
         for here, one in enumerate(array)
@@ -115,7 +114,7 @@ def _spacing_m(array: Sequence[Sequence[float]]) -> float:
 
 
 def _lobes(setup: Setup) -> Iterator[Problem]:
-    """Yield elements so far apart that their phases alone do not tell a direction."""
+    """Yield elements so far apart that phases alone leave directions ambiguous."""
     scenario = setup.scenario
     array, hf = scenario.usbl.array, scenario.acoustics.hf
     times_arrivals = setup.instrument.times_arrivals
@@ -133,12 +132,12 @@ def _lobes(setup: Setup) -> Iterator[Problem]:
         )
 
 
-# A mirror image as unlikely as this many standard deviations is never taken for the truth.
+# Directions more than so many standard deviations off the plane are not confused with their mirror.
 SURE = 3.0
 
 
 def _installation(setup: Setup) -> Iterator[Problem]:
-    """Yield what a USBL by its name is installed with, and its preset says nothing of."""
+    """Yield errors of compass, GNSS and mounting that neither preset nor user gives."""
     usbl = setup.scenario.usbl
     if perfect := usbl.taken_for_perfect:
         which = ", ".join(f"{what} ({' or '.join(keys)})" for what, keys in perfect.items())
@@ -151,13 +150,14 @@ def _installation(setup: Setup) -> Iterator[Problem]:
 
 
 def _flat(setup: Setup) -> Iterator[Problem]:
-    """Yield that an array is so thin that AUVs near its plane are taken for their mirror images.
+    """Yield that an array is so thin that AUVs near its plane are confused with their mirror
+    images.
 
-    Of a direction s the thin axis w measures s.w, with an sd of sigma / sqrt(a), sigma the noise
-    of an element (m), a and b the least and greatest eigenvalue of the scatter matrix.  The wide
-    axes tell |s.w|, for s has the length 1: by b (s.w)^2, as much or more than a where
-    |s.w| > sqrt(a / b).  If noise alone leads there, 3 sigma sqrt(b) > a, the covariance is that of
-    |s.w|, and its sign is a guess where |s.w| < 3 sigma / sqrt(a).
+    Along the thin axis w, a direction s is measured by s.w, with an sd of sigma / sqrt(a); sigma is
+    the noise of an element (m), a and b the least and greatest eigenvalue of the scatter matrix.
+    The wide axes measure |s.w|, since s has length 1: with weight b (s.w)^2, more than a where
+    |s.w| > sqrt(a / b).  If noise alone reaches that, 3 sigma sqrt(b) > a, the covariance is that
+    of |s.w|, and its sign is a guess where |s.w| < 3 sigma / sqrt(a).
     """
     scenario = setup.scenario
     array = scenario.usbl.array
@@ -191,7 +191,7 @@ def _flat(setup: Setup) -> Iterator[Problem]:
 
 
 def _dissemination(setup: Setup) -> Iterator[Problem]:
-    """Yield which errors of ASVs a filter takes for noise, because these are too many."""
+    """Yield lasting errors of ASVs that a filter treats as noise, since there are too many ASVs."""
     if not setup.scenario.navigation.weighs:
         return
     keys = {
@@ -264,7 +264,7 @@ def _samples(setup: Setup) -> Iterator[Problem]:
         )
 
 
-# What is looked at, in the order in which warnings are told
+# The checks, in the order of their warnings
 _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(_former_words, bands.believed, bands.modems, bands.overheads, bands.deliveries),
     *(bands.tables, bands.echoes, bands.messages, bands.last_slots, bands.answers),
@@ -287,10 +287,10 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
 
 @dataclass(frozen=True)
 class Reading:
-    """A scenario as it was read from a file, and warnings about it, each at its place.
+    """A scenario read from a file, and the warnings about it, each at its line.
 
-    `about` are the keys of each warning: that at which it is told, and those behind it.
-    `unloaded` are the plug-ins that it names and that were not to be loaded, each at its place.
+    `about` holds the keys of each warning, first the one at which it is reported.  `unloaded` are
+    the plug-ins that the scenario names and that were not loaded, each at its line.
     """
 
     scenario: Scenario
@@ -307,7 +307,7 @@ class Reading:
 def read_scenario(
     source: str | Path | Source, *, overrides: Sequence[str] = (), allow_plugins: bool = False
 ) -> Reading:
-    """Read a scenario file, or its text, as `load_scenario` does; return its warnings as well.
+    """Read a scenario file, or its text, as `load_scenario` does; return its warnings, too.
 
     Raises:
         ScenarioError: listing every mistake, when the file cannot be read or used.

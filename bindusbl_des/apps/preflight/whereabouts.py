@@ -1,4 +1,4 @@
-"""Warnings of where vehicles are put: beyond the survey, out of reach, or standing."""
+"""Warnings about positions: vehicles outside the survey, out of reach, or idle."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -10,26 +10,24 @@ from ...support.arrays import Floats
 from ...support.mistakes import Problem
 from ...support.wording import timed
 
-# Vehicles of which the same is to be said are named up to so many.
+# A warning names at most so many vehicles.
 MOST_NAMED = 5
 
-# A place so little (m) beyond the edge of an area is on it: rounding.
+# A position less than this (m) beyond the edge of an area is on it: rounding.
 ON_THE_EDGE_M = 1e-6
 
-# Who is less far (m) beyond an edge goes along it.
+# A path less than this (m) beyond an edge runs along it.
 SHORTEST_GAP_M = 0.1
 
-# A way is looked at in so many places at most.
+# A path is sampled at no more than so many positions.
 MOST_STEPS = 20_000
 
-# Instants at which a track is looked at, to tell for how long it is outside the survey.
+# Instants at which a track is sampled, for the share of time outside the survey.
 LOOKS = 2001
 
 
 def formation(setup: Setup) -> Iterator[Problem]:
-    """Yield which ASVs are moored where nobody may have meant them to be: by default outside the
-    survey, or beyond hearing.
-    """
+    """Yield ASVs moored by default outside the survey, or so far away that they hear no AUV."""
     scenario = setup.scenario
     asked = scenario.asvs.formation.moored
     if asked is None:
@@ -53,7 +51,7 @@ def formation(setup: Setup) -> Iterator[Problem]:
 
 
 def _unheard(scenario: Scenario, beyond: Sequence[float]) -> Iterator[Problem]:
-    """Yield which ASVs are so far (m) beyond the survey's edge that they hear nobody in it."""
+    """Yield ASVs so far (m) beyond the survey's edge that they hear no AUV in it."""
     reach = scenario.acoustics.hf.range_m
     deaf = [asv for asv, excess in enumerate(beyond) if excess > reach]
     if not deaf or not scenario.acoustics.hf.traits.ends_at_range:
@@ -70,7 +68,7 @@ def _unheard(scenario: Scenario, beyond: Sequence[float]) -> Iterator[Problem]:
 
 
 def deep(setup: Setup) -> Iterator[Problem]:
-    """Yield which AUVs are deeper than a band reaches, and so never heard, or never told."""
+    """Yield AUVs deeper than a band reaches: ASVs never hear them, or never reach them."""
     scenario, bands = setup.scenario, setup.scenario.acoustics
     missed = ("hf", bands.hf, "hears them"), ("mf", bands.mf, "reaches them")
     for name, band, words in missed if scenario.protocol.sends_frames else missed[:1]:
@@ -87,7 +85,7 @@ def deep(setup: Setup) -> Iterator[Problem]:
 
 
 def anchors(setup: Setup) -> Iterator[Problem]:
-    """Yield what keeps ASVs that are placed anew from being where AUVs are."""
+    """Yield what keeps replanned ASVs from being near the AUVs."""
     scenario = setup.scenario
     asked = scenario.asvs.formation.replanned
     if asked is None:
@@ -111,12 +109,12 @@ def anchors(setup: Setup) -> Iterator[Problem]:
 
 
 def shapes(scenario: Scenario) -> list[str]:
-    """Return the keys that say how large the survey is."""
+    """Return the keys that define the survey's area."""
     return [f"survey.{name}" for name in scenario.survey.shapes]
 
 
 def routes(setup: Setup) -> Iterator[Problem]:
-    """Yield which AUVs have places to go to or to hold outside the survey."""
+    """Yield AUVs whose waypoints or held positions lie outside the survey."""
     area = setup.area
     for wing in setup.wings:
         if not wing.asked.PLACES:
@@ -134,14 +132,14 @@ def routes(setup: Setup) -> Iterator[Problem]:
             )
 
 
-# Who waits for a shorter share of a mission than this hardly changes its means.
+# AUVs that wait for a shorter share of a mission than this hardly change its means.
 IDLE_SHARE = 0.05
-# Lanes that are longer than a mission by this factor are not flown in it, however they are divided.
+# Lanes longer than a mission by this factor are not all flown, however they are divided.
 FAR_TOO_LONG = 1.5
 
 
 def idle(setup: Setup) -> Iterator[Problem]:
-    """Yield by how much a mission is longer than its survey: that time counts in its means."""
+    """Yield how much longer a mission is than its survey: the rest of the time enters its means."""
     scenario, area = setup.scenario, setup.area
     end, ruled = float(scenario.duration_s), [wing.asked.lanes for wing in setup.wings]
     if scenario.ends_with_survey or not any(ruled):
@@ -152,11 +150,11 @@ def idle(setup: Setup) -> Iterator[Problem]:
             inside = area.square_m - (spacing if margin is None else 2 * margin) * area.across
             speed = sum(setup.auvs[auv].speed_m_per_s for auv in wing.members)
             if inside / spacing / speed > FAR_TOO_LONG * end:
-                return  # it takes no plan to see, and so no time
+                return  # known without planning, which takes time
     try:
         flown = float(setup.survey_end_s)
     except ValueError:
-        return  # it has no end that is known, or none in time
+        return  # the survey's end is unknown, or too late
     if end - flown > IDLE_SHARE * end:
         rests = setup.auvs[0].recovery_m is not None
         does = "wait where they are recovered" if rests else "go there and back once more"
@@ -170,7 +168,7 @@ def idle(setup: Setup) -> Iterator[Problem]:
 
 
 def tired(setup: Setup) -> Iterator[Problem]:
-    """Yield which AUVs are to be longer in the water than they can."""
+    """Yield AUVs whose mission is longer than their endurance."""
     end, others = (
         float(setup.scenario.duration_s),
         ("duration_s", "auvs.route", "auvs.speed_m_per_s"),
@@ -205,12 +203,13 @@ def tired(setup: Setup) -> Iterator[Problem]:
             yield Problem(key, f"is {timed(can)}, and the mission takes {timed(end)}", others)
 
 
-# Data sheets give ranges aslant; seen from above an AUV deeper than this share is farther away.
+# Data sheets state slant ranges; AUVs deeper than this share of a horizontal range are notably
+# farther away.
 DEEP_SHARE = 0.2
 
 
 def aslant(setup: Setup) -> Iterator[Problem]:
-    """Yield horizontal ranges below which AUVs are so deep that sound goes notably farther."""
+    """Yield horizontal ranges of which the slant range to the AUVs is notably longer."""
     scenario, deepest = setup.scenario, setup.deepest_m
     bands = ("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)
     for name, band in bands if scenario.protocol.sends_frames else bands[:1]:
@@ -226,7 +225,7 @@ def aslant(setup: Setup) -> Iterator[Problem]:
 
 
 def leaving(setup: Setup) -> Iterator[Problem]:
-    """Yield for how long, and how far, AUVs leave a survey that is a polygon, or has land in it."""
+    """Yield AUVs whose paths leave a polygonal survey, for how long and how far."""
     area = setup.area
     if area.is_rectangle or not any(wing.asked.is_flown for wing in setup.wings):
         return
@@ -236,7 +235,7 @@ def leaving(setup: Setup) -> Iterator[Problem]:
     try:
         plans = setup.plans_that_ship
     except ValueError:
-        return  # which is told as a mistake
+        return  # reported as a mistake
     outside = dict[int, tuple[float, float]]()
     for auv, plan in enumerate(plans):
         if plan is None:
@@ -263,7 +262,7 @@ def leaving(setup: Setup) -> Iterator[Problem]:
 
 
 def named(kind: str, numbers: Sequence[int]) -> str:
-    """Return vehicles by their numbers, and the verb; of many the first few."""
+    """Return vehicles by their numbers, with the verb; of many the first few."""
     names = [f"{kind}{number}" for number in numbers[:MOST_NAMED]]
     if len(numbers) > MOST_NAMED:
         return f"{', '.join(names)} and {len(numbers) - MOST_NAMED} more are"
@@ -271,7 +270,7 @@ def named(kind: str, numbers: Sequence[int]) -> str:
 
 
 def tracks(setup: Setup) -> Iterator[Problem]:
-    """Yield whose tracks leave them standing still for a while, or leave the survey."""
+    """Yield AUVs whose tracks begin late, end early, or leave the survey."""
     scenario = setup.scenario
     files = {
         auv: (wing, number)
@@ -291,7 +290,7 @@ def tracks(setup: Setup) -> Iterator[Problem]:
         try:
             times, places = setup.auv_track(*file)
         except ValueError:
-            continue  # which is told as a mistake
+            continue  # reported as a mistake
         late[auv], early[auv] = max(times[0], 0.0), max(duration - times[-1], 0.0)
         ways = [np.interp(instants, times, places[:, axis]) for axis in (0, 1)]
         beyond = np.array([area.beyond(x, y) for x, y in zip(*ways, strict=True)])
@@ -343,5 +342,5 @@ def ashore(setup: Setup) -> Iterator[Problem]:
 
 
 def _more(tracks: int) -> str:
-    """Tell how many of so many tracks are not named."""
+    """Return in words how many of `tracks` are not named."""
     return f", as do {tracks - MOST_NAMED} more" if tracks > MOST_NAMED else ""
