@@ -71,7 +71,7 @@ def _from_peers(result: "Result", fix: Any) -> str:
 
 
 def _at_surface(earlier: Any, fix: Any) -> str:
-    """Return in words what an AUV had by GNSS before a fix."""
+    """Return in words the GNSS fixes that an AUV had at the surface before a fix."""
     if not len(earlier):
         return "no GNSS fix at the surface before it"
     last = earlier.iloc[-1]

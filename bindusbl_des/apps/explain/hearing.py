@@ -147,7 +147,7 @@ def _level(reception: Any) -> str:
 
 
 def _chance(result: "Result", reception: Any) -> str:
-    """Tell how likely a ping was lost, and by what; "" where that is not on record."""
+    """Return in words the chance that a ping was lost, and its cause; "" if not recorded."""
     probability = known(reception.loss_probability)
     if probability is None:
         return ""

@@ -202,8 +202,8 @@ WORTH_TELLING_S, WORTH_TELLING_BYTES = 30.0, 2e9
 
 # Seconds and bytes of one event each: a round, a ping, its path to one ASV, a recorded reception, a
 # frame at an AUV, a fix, a pair of AUVs in a conflict graph (user-defined schedules) or in DSATUR,
-# a sample of metrics, of the IMU and of tracks (recorded), a control interval of a vehicle, a planned
-# lane, a flown leg, a pair of AUV and ASV, such a pair with noise.
+# a sample of metrics, of the IMU and of tracks (recorded), a control interval of a vehicle, a
+# planned lane, a flown leg, a pair of AUV and ASV, such a pair with noise.
 COSTS: dict[str, tuple[float, float]] = {
     "rounds": (40e-6, 600),
     "pings": (8e-6, 350),

@@ -135,7 +135,7 @@ def _of(
 def _errors_of(
     inputs: Inputs, navigator: PredictedNavigator, ways: MarchedWays, turns: Turns, fixes: Fixes
 ) -> Errors:
-    """Return the errors of AUVs that navigate alike."""
+    """Return the predicted errors of AUVs that have the same navigation."""
     drifts, begin = drifts_of(inputs, navigator)
     gain = 0.0 if navigator.kind.ignores_fixes else WEIGHED
     if navigator.kind.has_gain:
