@@ -14,6 +14,8 @@ KEPT = {  # columns that are compared
     "broadcasts": "round asv sent_at_s airtime_s payload_bytes fixes part",
     "frame_receptions": "sent_at_s asv auv arrived_at_s outcome",
     "auv_frames": "kind auv hops sent_at_s airtime_s fixes",
+    "signals": "kind sender to sent_at_s lasts_s size_bytes",
+    "signal_receptions": "sent_at_s sender listener arrived_at_s outcome",
     "fixes": "auv round asvs pinged_at_s broadcast_at_s broadcast_by delivered_at_s outcome "
     "hops repeats duplicates acknowledged_at_s",
 }
@@ -32,6 +34,11 @@ def tables_of(result) -> Tables:
     sent = {row["ping"]: row["sent_at_s"] for row in tables["pings"]}
     for row in tables["receptions"]:
         row["sent_at_s"] = sent[row["ping"]]
+    for row in tables.get("signal_receptions", []):  # pings among them
+        name = "pings" if row["signal"] is None else "signals"
+        sound = tables[name][int(row[name[:-1]])]
+        sender = sound["auv"] if name == "pings" else sound["sender"]
+        row |= {"sent_at_s": sound["sent_at_s"], "sender": sender}
     for row in tables["frame_receptions"]:
         frame = tables["broadcasts"][row["broadcast"]]
         row |= {"sent_at_s": frame["sent_at_s"], "asv": frame["asv"]}
@@ -54,6 +61,12 @@ def tables_of_second(mission: Second) -> Tables:
             arrived = frame.at[i][0] if frame.at[i][0] < mission.end else None
             row = {"auv": i, "arrived_at_s": arrived, "outcome": mission.outcome(frame, i)}
             frame_receptions.append(vars(frame) | row)
+    senses = []
+    for sound in mission.sensed:
+        for i in sound.in_range:
+            arrived = sound.at[i][0] if sound.at[i][0] < mission.end else None
+            row = {"listener": i, "arrived_at_s": arrived, "outcome": mission.outcome(sound, i)}
+            senses.append(vars(sound) | row)
     return {
         "rounds": [vars(row) for row in mission.rounds],
         "pings": pings,
@@ -61,13 +74,15 @@ def tables_of_second(mission: Second) -> Tables:
         "broadcasts": [vars(frame) for frame in mission.frames],
         "frame_receptions": frame_receptions,
         "auv_frames": [vars(frame) for frame in mission.auv_frames],
+        "signals": [vars(sound) for sound in mission.signals],
+        "signal_receptions": senses,
         "fixes": [vars(fix) | {"round": fix.ping.round} for fix in mission.fixes],
     }
 
 
 def order(row: dict) -> tuple:
     """Order rows by instants (to 0.1 us) and vehicles."""
-    keys = ("round", "sent_at_s", "pinged_at_s", "auv", "asv")
+    keys = ("round", "sent_at_s", "pinged_at_s", "auv", "asv", "sender", "listener")
     found = [row[key] for key in keys if key in row]
     return tuple(round(it, 7) if isinstance(it, float) else str(it).zfill(9) for it in found)
 
@@ -79,13 +94,14 @@ def alike(ours: object, theirs: object) -> bool:
     return ours == theirs
 
 
-def given(tables: Tables) -> Row:
+def given(tables: Tables, packets: list[tuple[str, float]]) -> Row:
     """Return what a mission drew and measured, by its tables.
 
     That is the turns and broadcasters of parts called `random`, who pinged, since when it wanted to
     and when, and where an AUV was measured when (to 1 us), with the horizontal variance.
     """
     return Row(
+        packets=packets,
         turns=[row["auv"] for row in tables["pings"]],
         pings=[
             (row["auv"], row["sent_at_s"] - (row["waited_s"] or 0.0), row["sent_at_s"])
@@ -102,10 +118,21 @@ def given(tables: Tables) -> Row:
     )
 
 
+def packets_of(keys: dict, seed: int) -> list[tuple[str, float]]:
+    """Return when AUVs have something to send: when they ping with pings that take no time."""
+    if "access" not in keys["protocol"]:
+        return []
+    brief = {**keys, "acoustics": {**keys["acoustics"]}, "protocol": {**keys["protocol"]}}
+    brief["acoustics"]["hf"] = {**keys["acoustics"]["hf"], "ping_s": 1e-6}
+    brief["protocol"]["access"] = "aloha"
+    pings = simulate(Scenario.model_validate(brief), seed=seed).tables["pings"]
+    return list(zip(pings.auv, pings.sent_at_s, strict=True))
+
+
 def disagreements(keys: dict, seed: int = 1) -> tuple[list[str], dict[str, int]]:
     """Return what differs, a line for each table's first difference, and how many rows agreed."""
     theirs = tables_of(simulate(Scenario.model_validate(keys), seed=seed))
-    mission = Second(keys, given(theirs))
+    mission = Second(keys, given(theirs, packets_of(keys, seed)))
     mission.fly()
     ours = tables_of_second(mission)
     found = []

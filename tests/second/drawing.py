@@ -246,3 +246,18 @@ def exchanging(seed: int, folder: Path) -> dict:
     if sends and protocol["broadcaster"] == "parallel":
         protocol["broadcaster"] = "rotate"
     return keys
+
+
+def contending(seed: int, folder: Path) -> dict:
+    """Return a scenario of ALOHA whose pings are acknowledged, and repeated."""
+    wanted = {"schedule": "aloha", "downlink": "sequential", "ranging": "owtt_sync"}
+    keys, draw = scenario(3 * seed, folder, **wanted), random.Random(f"contention {seed}")
+    protocol, size = keys["protocol"], draw.choice([1, 2, 5])
+    access = {"acknowledgement_bytes": size, "repeat": draw.randint(0, 4)}
+    protocol["access"] = {"model": protocol["schedule"]} | access
+    protocol["acknowledge"] = draw.choice(["none", "none", "ping"])  # fixes
+    protocol["repeat"] = draw.choice(["none", 1])
+    protocol["frame_s"] = draw.choice([0.5, 1.0, 3.0])
+    keys["acoustics"]["hf"]["bit_rate_bps"] = draw.choice([500.0, 1000.0, 5000.0])
+    keys["asvs"]["failures"] = []
+    return keys

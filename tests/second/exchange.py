@@ -181,7 +181,6 @@ class Exchange(Dissemination):
         ][:room]
         for fix in due:
             self.left[fix] -= 1
-            fix.repeats += 1
         most = math.inf if self.repeat == "until_acknowledged" else self.repeat
         self.left |= dict.fromkeys(fixes, most)
         return due

@@ -30,7 +30,8 @@ class Medium:
         self.keys, self.end = dict(keys["protocol"]), keys["duration_s"] - AN_INSTANT
         for part, value in keys["protocol"].items():
             if isinstance(value, dict) and "model" in value:  # a part with settings
-                self.keys |= value | {part: value["model"]}
+                own = {} if part == "access" else value  # whose `repeat` is of pings
+                self.keys |= own | {part: value["model"]}
         self.hf, self.mf = keys["acoustics"]["hf"], keys["acoustics"]["mf"]
         self.replies = self.keys["downlink"] == "direct_reply"
         self.instant = self.keys.get("reply") == "instant"  # and reaches any distance

@@ -8,11 +8,11 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from exchange import Exchange
+from contention import Contention
 from medium import AN_INSTANT, Row, deepest, horizontal, within
 
 
-class Second(Exchange):
+class Second(Contention):
     """A mission, flown by `fly`; its events are in `rounds`, `pings`, `frames` and `fixes`."""
 
     def __init__(self, keys: dict, given: Row) -> None:
@@ -366,8 +366,8 @@ class Second(Exchange):
 
     def await_fixes(self, time: float) -> float:
         """Return when there is something to broadcast and an ASV works, or the mission's end."""
-        while not self.waiting and self.passing:
-            time = min(ping.passed_at for ping in self.passing)
+        while not self.waiting and (self.passing or self.to_come):
+            time = min([it.passed_at for it in self.passing] + [at for at, *_ in self.to_come])
             self.decide(time)
         time = self.await_asv(self.after(0.0, time))
         return time if self.waiting else self.end
@@ -375,7 +375,9 @@ class Second(Exchange):
     def fly(self) -> None:
         """Fly the mission."""
         start = 0.0
-        if self.random_access:
+        if self.access:
+            self.contend()
+        elif self.random_access:
             self.ping_at_random()
         if self.told:
             self.agree()
@@ -397,7 +399,8 @@ class Second(Exchange):
         for frame in self.frames:
             self.rounds[frame.round].fixes += frame.fixes
             for fix in frame.holds:
-                if "broadcast_at_s" in vars(fix):  # it is repeated
+                if "broadcast_at_s" in vars(fix):
+                    fix.repeats += 1
                     continue
                 fix.broadcast_at_s, fix.broadcast_by = frame.sent_at_s, frame.asv
                 fix.outcome, at = self.outcome(frame, fix.auv), self.decoded(frame, fix.auv)

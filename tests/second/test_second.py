@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from comparing import disagreements
-from drawing import exchanging, mixed, scenario, with_land
+from drawing import contending, exchanging, mixed, scenario, with_land
 
 
 def agree(
@@ -63,6 +63,17 @@ def test_a_second_implementation_loses_what_land_crosses(tmp_path: Path) -> None
 def test_a_second_implementation_does_so_two_hundred_times(tmp_path: Path) -> None:
     """Two hundred further ones."""
     agree(5000, 200, tmp_path, draw=with_land)
+
+
+def test_a_second_implementation_contends(tmp_path: Path) -> None:
+    """Twelve drawn scenarios: ALOHA with acknowledgements, by which AUVs repeat pings or do not."""
+    agree(0, 12, tmp_path, longest_s=12.345, draw=contending)
+
+
+@pytest.mark.slow
+def test_a_second_implementation_contends_two_hundred_times(tmp_path: Path) -> None:
+    """Two hundred further ones."""
+    agree(1000, 200, tmp_path, draw=contending)
 
 
 def test_a_fix_is_known_once_its_ping_has_passed(tmp_path: Path) -> None:

@@ -2,8 +2,9 @@
 
 An ASV that has decoded a ping sends an acknowledgement, each ASV in its turn after the ping's end,
 so that two never meet at the AUV; an ASV that hears another's before its turn keeps quiet.  An AUV
-that hears none within all turns backs off, for a random time of up to 2, 4, 8... times a ping with
-these turns, and pings again, from its position by then.
+that hears none from its ping's end until all turns are over backs off, for a random time of up to
+2, 4, 8... times a ping, its longest way there and back, and all turns, and pings again, from its
+position by then.  One that comes later, as for a ping before, tells nothing of the next ping.
 """
 
 from __future__ import annotations
@@ -65,10 +66,12 @@ def is_done(
         return True
     yield sent
     within = acknowledged_s(node, settings, len(node.asvs) if asvs is None else asvs)
-    until = node.clock + within
-    while size is not None and until > node.clock:
-        heard: HeardSignal | None = yield node.hears(within_s=until - node.clock)
-        if heard is not None and (heard.kind, heard.to) == (ACKNOWLEDGEMENT, node.name):
+    ended = node.clock
+    while size is not None and ended + within > node.clock:
+        heard: HeardSignal | None = yield node.hears(within_s=ended + within - node.clock)
+        if heard is None or (heard.kind, heard.to) != (ACKNOWLEDGEMENT, node.name):
+            continue
+        if heard.ended_at_s > ended:
             return True
     if not is_last:
         turn = node.slots.ping_duration + 2.0 * node.slots.longest_travel_time + within
