@@ -99,6 +99,25 @@ def test_estimates_of_another_program_score_as_the_method_that_made_them(tmp_pat
     assert "seed 1: AUV0 has 0 estimates" in ended.output
 
 
+def test_a_program_of_access_of_ones_own_enters(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A copy of what `aloha` is, a generator, scores as that does."""
+    (tmp_path / "copied_aloha.py").write_text(
+        "def pings(node):\n"
+        "    for packet in node.packets if not node.is_asv else ():\n"
+        "        if packet >= node.clock:\n"
+        "            yield node.until(packet)\n"
+        "            yield node.send('ping')\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    own, words = "copied_aloha:pings", ("--task", "sparse", "--seeds", 2, "--allow-plugins")
+    table = scored(tmp_path / "out", own, "aloha", *words)
+    error, theirs = (value(table, "sparse", name, "worst_error_m") for name in (own, "aloha"))
+    assert (error.mean, error.difference) == (theirs.mean, theirs.difference)
+    assert error.difference != 0.0
+
+
 def test_the_table_in_the_repository_is_what_comes_out(tmp_path: Path) -> None:
     """Some rows are flown again: all but processor time."""
     kept = pd.read_csv(ROOT / "experiments" / "benchmark" / "scores.csv")

@@ -5,6 +5,7 @@ file, :mod:`.recorded`).
 """
 
 from dataclasses import dataclass
+from inspect import isgeneratorfunction
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,8 +13,9 @@ import numpy as np
 
 from ...core.navigation.dead_reckoning import Odometry
 from ...core.navigation.navigators import Navigator
+from ...core.scenario.families import ACCESS
 from ...support.arrays import Floats
-from ...support.plugins import is_plugin
+from ...support.plugins import is_plugin, load
 from ...support.wording import did_you_mean
 from .tasks import KEYS, Kind, Task
 
@@ -173,9 +175,23 @@ def check(method: str) -> None:
         )
 
 
+def _is_program(method: str) -> bool:
+    """Tell whether a user-defined part is a generator, as programs of access are."""
+    part = load(ACCESS, method)
+    return isgeneratorfunction(part) or isgeneratorfunction(type(part).__call__)
+
+
 def filled(method: str, task: Task) -> dict[str, Any]:
-    """Return what a method fills of a task's scenario, by dotted keys."""
-    fills = dict(SHIPPED[task.kind].get(method, {KEYS[task.kind]: method}))
+    """Return what a method fills of a task's scenario, by dotted keys: a user-defined generator
+    enters tasks of schedules as a program of access.
+
+    Raises:
+        PluginError: when a user-defined part cannot be loaded.
+    """
+    key = KEYS[task.kind]
+    if key == "protocol.schedule" and is_plugin(method) and _is_program(method):
+        key = "protocol.access"
+    fills = dict(SHIPPED[task.kind].get(method, {key: method}))
     if "protocol.access" in fills:
         fills["protocol.frame_s"] = EACH_S * task.scenario({}).auvs.count
     array = task.name == "no_anchor" and fills.get("navigation.peers")
