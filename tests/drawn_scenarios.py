@@ -301,7 +301,7 @@ def _moving(
 ) -> None:
     """Let ASVs that move have a start or a track each, and no hull."""
     few = min(asvs, 200)
-    if formation.get("model") in ("follow", "assign", "zigzag", "track"):
+    if formation.get("model") in ("follow", "assign", "zigzag", "visit", "information", "track"):
         data["asvs"].pop("vehicle", None)
     if formation.get("start_m") is not None:
         formation["start_m"] = [_point(draw) for _ in range(few)]

@@ -47,6 +47,7 @@ HOMES = (
 # What is left, and why.
 DEFENDED = {
     "core/acoustics/sonar_equation.py: Sonar": "the part's own equations: of pings, or of frames",
+    "apps/planning/placement.py: information": "an objective by which places are judged",
 }
 
 

@@ -75,7 +75,7 @@ ROUTES: dict[str, Data] = {
 # Placements that need other keys than those of a ring
 FORMATIONS: dict[str, Data] = {
     "positions": {"model": "positions", "positions_m": [[9.0, 0.0], [-9.0, 3.0]]},
-    **{name: {"model": name} for name in ("follow", "assign", "zigzag")},
+    **{name: {"model": name} for name in ("follow", "assign", "zigzag", "visit", "information")},
     "track": {"model": "track", "files": [str(TRACKS / f"asv{asv}.csv") for asv in range(2)]},
 }
 

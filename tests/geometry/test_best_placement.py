@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from bindusbl_des import covered_area, covering_radius, formation
 from bindusbl_des.apps.planning.placement import least_ring
-from bindusbl_des.core.geometry import covering
+from bindusbl_des.core.geometry import covering, placement
 from bindusbl_des.core.geometry.area import polygon
 from bindusbl_des.core.geometry.covering import max_cover
-from bindusbl_des.core.geometry.placement import descended, det, information, trace_of_inverse
 
 Floats = NDArray[np.float64]
 
@@ -75,8 +74,10 @@ def error(place: tuple[float, float], vessels: Floats, reach: float = math.inf) 
     """Return the least error (m) of a fix by ranges of 2 cm and bearings of 1 deg."""
     away = np.hypot(*(np.array(place) - vessels).T)
     near = np.where(away <= reach, 1.0, np.inf)
-    told = information(place, vessels, 0.02**2 * near, (away * math.radians(1.0)) ** 2 * near)
-    return float(np.sqrt(trace_of_inverse(told)))
+    told = placement.information(
+        place, vessels, 0.02**2 * near, (away * math.radians(1.0)) ** 2 * near
+    )
+    return float(np.sqrt(placement.trace_of_inverse(told)))
 
 
 @pytest.mark.parametrize(
@@ -110,16 +111,18 @@ def test_ranges_tell_most_from_equal_angles(count: int) -> None:
     for rest in combinations(bearings, count - 1):
         angles = np.array([0.0, *rest])
         vessels = 50.0 * np.column_stack((np.cos(angles), np.sin(angles)))
-        told = information((0.0, 0.0), vessels, np.full(count, 0.01), np.full(count, np.inf))
-        trace = float(trace_of_inverse(told))
+        told = placement.information(
+            (0.0, 0.0), vessels, np.full(count, 0.01), np.full(count, np.inf)
+        )
+        trace = float(placement.trace_of_inverse(told))
         assert trace >= 4 * 0.01 / count * (1 - 1e-9)
         best = min(best, trace)
     assert best == pytest.approx(4 * 0.01 / count)
-    ring = information(
+    ring = placement.information(
         (0.0, 0.0), formation(count, 50.0), np.full(count, 0.01), np.full(count, np.inf)
     )
-    assert trace_of_inverse(ring) == pytest.approx(best)
-    assert det(ring) == pytest.approx((count / 0.02) ** 2)
+    assert placement.trace_of_inverse(ring) == pytest.approx(best)
+    assert placement.det(ring) == pytest.approx((count / 0.02) ** 2)
 
 
 def test_surface_ranges_fix_a_deep_target_best_from_its_depth_times_sqrt_2() -> None:
@@ -133,7 +136,7 @@ def test_surface_ranges_fix_a_deep_target_best_from_its_depth_times_sqrt_2() -> 
         rays = spots / np.linalg.norm(spots, axis=1)[:, None]
         return -float(np.linalg.det(rays.T @ rays))
 
-    found, least = descended(loss, np.array([10.0]), 20.0, 1e-6, 400)
+    found, least = placement.descended(loss, np.array([10.0]), 20.0, 1e-6, 400)
     assert found[0] == pytest.approx(depth * math.sqrt(2.0), rel=1e-4)
     assert -least == pytest.approx((4 / 3) ** 3)
 
@@ -146,12 +149,15 @@ def test_a_descent_ends_in_a_bent_valley() -> None:
         asked.append(place)
         return float((1 - place[0]) ** 2 + 100 * (place[1] - place[0] ** 2) ** 2)
 
-    found, least = descended(valley, np.array([-1.2, 1.0]), 0.5, 1e-8, 2000)
+    found, least = placement.descended(valley, np.array([-1.2, 1.0]), 0.5, 1e-8, 2000)
     assert found == pytest.approx([1.0, 1.0], abs=1e-6)
     assert least == valley(found)
-    assert descended(valley, np.array([-1.2, 1.0]), 0.5, 1e-8, 2000)[0].tolist() == found.tolist()
+    assert (
+        placement.descended(valley, np.array([-1.2, 1.0]), 0.5, 1e-8, 2000)[0].tolist()
+        == found.tolist()
+    )
     asked.clear()
-    descended(valley, np.array([-1.2, 1.0]), 0.5, 1e-8, 50)
+    placement.descended(valley, np.array([-1.2, 1.0]), 0.5, 1e-8, 50)
     assert len(asked) <= 55  # a step begun is ended
 
 

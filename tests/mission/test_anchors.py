@@ -10,8 +10,14 @@ import pytest
 from worlds import QUIET_NAVIGATION, QUIET_USBL, merged, scenario
 
 from bindusbl_des import AnchorView, Mission, PlanView, Result, Scenario, Setup, simulate, sweep
+from bindusbl_des.core.protocol.anchors import information
 
-MODELS = ("follow", "assign", "zigzag")
+MODELS = ("follow", "assign", "zigzag", "visit", "information")
+# Strips of six AUVs that no vessel hears at once
+WIDE = {
+    "survey": {"side_m": 140.0},
+    "acoustics": {"hf": {"range_m": 50.0}, "mf": {"range_m": 100.0}},
+}
 
 
 def moving(model: str, vessels: int = 2, formation: Any = None, **changes: Any) -> Scenario:
@@ -360,3 +366,125 @@ def test_more_orders_than_memory_holds_are_refused() -> None:
     formation = {"model": "follow", "replan_s": 0.1}
     with pytest.raises(ValueError, match=r"1.5e\+06 orders \(50 ASVs, each 0.1 s for 3000 s\)"):
         scenario(duration_s=3000.0, asvs={"count": 50, "formation": formation})
+
+
+def judged(targets: Any, courses: Any, here: Any, speed: float, step: float, reach: float) -> float:
+    """Return the cost of a placement by the formulas in its theory, in plain numpy.
+
+    Two AUVs, fixed with chance 1 within reach; errors of 0.1 m along and 2 % of the distance
+    across; 0.5 m2 left by the last fix, drift of 0.2 m/s since.
+    """
+    total, left, ages = 0.0, [0.5 * np.eye(2) / 2.0] * len(courses[0]), [0.0] * len(courses[0])
+    for k, places in enumerate(courses):
+        for i, place in enumerate(places):
+            ages[i] += step
+            before = left[i] + (0.2 * ages[i]) ** 2 / 2.0 * np.eye(2)
+            told = np.zeros((2, 2))
+            for target, start in zip(targets, here, strict=True):
+                way = np.hypot(*(target - start))
+                at = start + min(1.0, speed * step * (k + 1) / max(way, 1e-9)) * (target - start)
+                apart = np.hypot(*(place - at))
+                if apart <= reach:
+                    e = (place - at) / apart if apart > 0.0 else np.array((1.0, 0.0))
+                    t = np.array((-e[1], e[0]))
+                    told += np.outer(e, e) / 0.1**2 + np.outer(t, t) / max(0.02 * apart, 1e-3) ** 2
+            after = before
+            if told.any():
+                after = left[i] = np.linalg.inv(np.linalg.inv(before) + told)
+                ages[i] = 0.0
+            total += (np.trace(before) + np.trace(after)) / 2.0
+    return float(total / len(courses) / len(courses[0]))
+
+
+class KnownOfTwo:
+    """What a fleet knows of two AUVs that go their ways at 1 m/s, in place of a mission."""
+
+    left_m2 = np.array([0.5, 0.5])
+
+    def since_s(self, time: float) -> Any:
+        return np.zeros(2)
+
+    def drifted_m2(self, ages: Any) -> Any:
+        return (0.2 * ages) ** 2
+
+    def at(self, time: float) -> Any:
+        return np.array([[-30.0 + time, 20.0, 5.0], [30.0 - time, -25.0, 5.0]])
+
+
+@pytest.mark.parametrize("vessels", [1, 2])
+def test_information_is_as_good_as_an_exhaustive_search(vessels: int) -> None:
+    """All targets within the horizon, 2 m apart (4 m for two vessels): none costs less by 2 %."""
+    reach, horizon, speed = 28.0, 24.0, 1.5
+    step = horizon / 8
+    away = np.linspace(0.0, reach, 65)
+    row = np.column_stack((np.ones(65), np.full(65, 0.01), np.maximum(0.02 * away, 1e-3) ** 2))
+    errors = information.FixErrors(reach / 64, np.stack((row, row)))
+    here = np.array([(-12.0, 0.0), (15.0, 5.0)])[:vessels]
+    known: Any = KnownOfTwo()
+    working = np.ones(vessels, dtype=np.bool_)
+    view = AnchorView(0.0, 0.0, here, here.copy(), working, speed, reach, known, known)
+    placement = information.InformationPlacement(
+        errors, horizon_s=horizon, hysteresis=0.0, criterion="trace"
+    )
+    courses = [known.at(step * k)[:, :2] for k in range(1, 9)]
+    found = judged(placement.targets(view), courses, here, speed, step, reach)
+    apart = 2.0 * vessels
+    grid = np.arange(-36.0, 36.1, apart)
+    spots = np.array([(x, y) for x in grid for y in grid if np.hypot(x, y) <= 36.0])
+    if vessels == 1:
+        tried = [judged(spot[None] + here, courses, here, speed, step, reach) for spot in spots]
+    else:  # the best of one given the other's answer, and both on a coarse grid
+        coarse = spots[::9]
+        tried = [
+            judged(np.array((a, b)) + here, courses, here, speed, step, reach)
+            for a in coarse
+            for b in coarse
+        ]
+    assert found <= 1.02 * min(tried)
+    assert found < 0.98 * judged(here, courses, here, speed, step, reach)
+
+
+def test_one_informed_vessel_serves_a_fleet_wider_than_its_range() -> None:
+    """Six AUVs over 140 m, reach 50 m: one that follows abandons some, one by information none."""
+    fleet = {"auvs": {"count": 6}, "duration_s": 300.0, "record": {"detail": "summary"}}
+    worst = {
+        model: np.mean(
+            [
+                simulate(moving(model, 1, **merged(fleet, WIDE)), seed).auvs.position_error_m.max()
+                for seed in range(3)
+            ]
+        )
+        for model in ("follow", "information")
+    }
+    assert worst["information"] < 0.6 * worst["follow"]
+
+
+def test_a_vessel_rests_while_its_auv_is_within_its_region() -> None:
+    """An AUV passes at 1 m/s; a vessel that follows within 30 m goes on when it has left, only."""
+    way = {"kind": "waypoints", "points_m": [[[-55.0, 0.0], [55.0, 0.0]]]}
+    one = {"count": 1, "route": way}
+    kept = moving("follow", 1, {"within_m": 30.0, "start_m": [[-40.0, 0.0]]}, auvs=one)
+    going = way_of(simulate(kept, 1), "ASV0")
+    moved = going.x_m.diff().abs() > 1e-9
+    first = float(going.time_s[moved].iloc[0])
+    # the AUV is believed at -40 + 30 m after 45 s; the next replanning is at 50 s
+    assert 50.0 < first < 53.0
+    always = way_of(simulate(moving("follow", 1, {"start_m": [[-40.0, 0.0]]}, auvs=one), 1), "ASV0")
+    assert float(always.time_s[always.x_m.diff().abs() > 1e-9].iloc[0]) < 15.0
+
+
+def test_a_visitor_goes_to_the_auv_whose_estimate_is_worst() -> None:
+    """Two AUVs at rest out of each other's reach: the vessel is near each in turn."""
+    apart = {"count": 2, "route": {"kind": "hold", "positions_m": [[-70.0, 0.0], [70.0, 0.0]]}}
+    mission = moving(
+        "visit", 1, {"dwell_s": 20.0, "speed_m_per_s": 5.0}, duration_s=300.0, auvs=apart,
+        survey={"side_m": 160.0}, acoustics={"hf": {"range_m": 40.0}, "mf": {"range_m": 90.0}},
+    )  # fmt: skip
+    way = way_of(simulate(mission, 1), "ASV0")
+    near = np.sign(way.x_m) * (way.x_m.abs() > 49.0)  # within 20 m of one of them, and a little
+    stays = near[near.diff() != 0]
+    assert (near == 1.0).sum() > 0.25 * len(near)
+    assert (near == -1.0).sum() > 0.25 * len(near)
+    lasting = np.diff(way.time_s[stays.index].to_numpy())[(stays != 0).to_numpy()[:-1]]
+    assert len(lasting) >= 4
+    assert (lasting[1:] >= 20.0).all()

@@ -37,7 +37,7 @@ def test_drawn_scenarios_run_or_are_refused(tmp_path: Path) -> None:
 
     Of those that run none needs equations that no other test has compiled.
     """
-    check(40, 14, tmp_path)
+    check(60, 14, tmp_path)
 
 
 @pytest.mark.slow

@@ -316,6 +316,11 @@ RULES = (
         for few in ("asvs.count", "auvs.count")
     ),
     idle(
+        {"asvs.formation.model": ("visit",), "auvs.count": (1,)},
+        "asvs.formation.{hysteresis,dwell_s}",
+        "there is one AUV to visit",
+    ),
+    idle(
         {"asvs.formation.model": ("follow", "assign"), "auvs.route.kind": ("hold",)},
         "asvs.formation.horizon_s",
         "the AUVs lie still",

@@ -23,6 +23,7 @@ from ..navigation.navigators import LinearNavigator, Navigator, OwnNavigator
 from ..navigation.range_rates import Rates
 from ..navigation.smoother import Smoother
 from ..navigation.team import Team
+from ..protocol.anchors.information import FixErrors, fix_errors
 from ..protocol.anchors.placing import Anchors, anchors_of
 from ..protocol.predicted_positions import CarriedForward, courses, planned_vehicles
 from ..protocol.view import known_of
@@ -320,7 +321,12 @@ def launch_anchors(setup: Setup, auvs: VehicleFleet, record: Recorder) -> Anchor
         return None
     launched = places(auvs.motion, 0.0)[:, :3]
     prediction = CarriedForward(launched, courses(setup))
-    return anchors_of(setup, prediction, known_of(setup, auvs, record), setup.room)
+    depths = np.array([auv.depth_m for auv in setup.auvs])
+
+    def errors() -> FixErrors:
+        return fix_errors(setup.usbl, setup.ping_loss, depths, setup.horizontal_reach_m)
+
+    return anchors_of(setup, prediction, known_of(setup, auvs, record), setup.room, errors)
 
 
 def equip_auvs(

@@ -70,10 +70,22 @@ class KnownFixes:
 
         The variances of drift add up; a fix reduces the sum (:func:`weighed`).
         """
-        since = self.since_s(time)
+        drifted = self.drifted_m2(self.since_s(time)[:, None])[:, 0]
+        return np.asarray(np.sqrt(self._variance + drifted))
+
+    @property
+    def left_m2(self) -> Floats:
+        """The variance (m2) of each AUV's estimate, both axes together, that its last fix left,
+        (n,).
+        """
+        self._note()
+        return self._variance.copy()
+
+    def drifted_m2(self, ages: Floats) -> Floats:
+        """Return the squared drift (m2) of AUVs in times (n, k), s, without fixes, shape (n, k)."""
         drift = self._plans.drift
-        drifted = [drift(auv, max(age, 0.0)) for auv, age in enumerate(since.tolist())]
-        return np.asarray(np.sqrt(self._variance + np.square(drifted)))
+        rows = [[drift(auv, max(age, 0.0)) for age in row] for auv, row in enumerate(ages.tolist())]
+        return np.square(rows)
 
     def misplaced_m(self, time: float, sds: float) -> Floats:
         """Return how far (m) AUVs may be from their believed positions at an instant (s), (n,).

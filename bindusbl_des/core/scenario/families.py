@@ -444,6 +444,8 @@ PLACEMENT: Family[Any] = Family(
         "follow": "core.scenario.sections.placements:Follow",
         "assign": "core.scenario.sections.placements:Assign",
         "zigzag": "core.scenario.sections.placements:Zigzag",
+        "visit": "core.scenario.sections.placements:Visit",
+        "information": "core.scenario.sections.placements:Information",
         "track": "core.scenario.sections.placements:AsvTrack",
     },
     word="model",

@@ -25,11 +25,11 @@ class FollowPlacement:
     Where that is beyond range, ASVs hear as many AUVs as possible instead: the optimum for the
     farthest AUV would serve none.  ASVs get new targets only if these serve better by more than a
     share, so that they do not follow the noise of fixes; and each keeps its AUVs, unless other AUVs
-    are better by that share.
+    are better by that share.  With `within_m` (m) they rest while each AUV is that near to one.
     """
 
-    def __init__(self, *, horizon_s: float, hysteresis: float) -> None:
-        self._horizon, self._hysteresis = horizon_s, hysteresis
+    def __init__(self, *, horizon_s: float, hysteresis: float, within_m: float | None) -> None:
+        self._horizon, self._hysteresis, self._within = horizon_s, hysteresis, within_m
 
     def targets(self, view: AnchorView) -> Floats:
         """Return where ASVs are to go (m, 2), m."""
@@ -39,6 +39,8 @@ class FollowPlacement:
             return there
         targets = view.bound_for.copy()
         now = targets[working]
+        if self._within is not None and _apart(view.auvs(view.begins)[:, :2], now) <= self._within:
+            return targets
         kept = moved_along(fleet, now, view.reach)
         if self._is_better(there, kept, fleet, view.reach):
             targets[working] = there[assignment(view.vessels[working], there)]
@@ -80,6 +82,12 @@ def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
     away = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
     heard = away <= reach * (1.0 + 1e-9)
     return AnchorService(float(heard.mean()), float(away[heard].max(initial=0.0)))
+
+
+def _apart(fleet: Floats, places: Floats) -> float:
+    """Return how far (m) the farthest of AUVs (n, 2) is from the nearest of positions (m, 2)."""
+    apart = fleet[:, None, :] - places
+    return float(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1).max())
 
 
 def gains(now: AnchorService, then: AnchorService, share: float) -> bool:

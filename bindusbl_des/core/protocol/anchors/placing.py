@@ -1,6 +1,6 @@
 """ASVs that get new targets again and again during a mission."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from itertools import count
 from math import ceil
 from typing import Any, NamedTuple
@@ -14,14 +14,23 @@ from ....support.plugins import PluginError, asked, shown
 from ...records.rows import EventBuffer
 from ...scenario.families import PLACEMENT
 from ...scenario.own_routes import own_placement
-from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S, Assign, Follow, Placed, Zigzag
+from ...scenario.sections.placements import (
+    REPLAN_S,
+    SPEED_M_PER_S,
+    Assign,
+    Follow,
+    Information,
+    Placed,
+    Visit,
+    Zigzag,
+)
 from ...scenario.site import Site
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.vehicle import Steered
 from ..predicted_positions import CarriedForward
 from ..steps import moment
 from ..view import KnownFixes
-from . import assign, follow, zigzag
+from . import assign, follow, information, visit, zigzag
 from .view import AnchorView, Mover, OwnMover
 
 
@@ -125,8 +134,14 @@ class Anchors:
         self._prediction.note(made[sorted(last.values())])
 
 
-def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: Room) -> Anchors:
-    """Return the moving ASVs of a site.
+def anchors_of(
+    site: Site,
+    prediction: CarriedForward,
+    known: KnownFixes,
+    room: Room,
+    errors: Callable[[], information.FixErrors],
+) -> Anchors:
+    """Return the moving ASVs of a site; `errors` tells what fixes are expected to be.
 
     Raises:
         PluginError: when a user-defined placement cannot be used.
@@ -135,7 +150,7 @@ def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: 
     placed = asvs.formation.replanned
     mover: Mover
     if placed is not None:
-        mover = _shipped(placed, site)
+        mover = _shipped(placed, site, errors)
         pace = Pace(placed.speed_m_per_s, placed.replan_s)
     else:
         own = own_placement(asvs.formation.choice, site.plan_view)  # new, since it may have state
@@ -152,11 +167,20 @@ def anchors_of(site: Site, prediction: CarriedForward, known: KnownFixes, room: 
     return Anchors(site, mover, pace, prediction, known, room.lead_s)
 
 
-def _shipped(placement: Placed, site: Site) -> Mover:
+def _shipped(placement: Placed, site: Site, errors: Callable[[], information.FixErrors]) -> Mover:
     """Return a placement that ships, made anew."""
     match placement:
-        case Follow(horizon_s=horizon, hysteresis=share):
-            return follow.FollowPlacement(horizon_s=horizon, hysteresis=share)
+        case Follow(horizon_s=horizon, hysteresis=share, within_m=within):
+            return follow.FollowPlacement(horizon_s=horizon, hysteresis=share, within_m=within)
+        case Information(horizon_s=horizon, hysteresis=share, criterion=criterion):
+            return information.InformationPlacement(
+                errors(), horizon_s=horizon, hysteresis=share, criterion=criterion
+            )
+        case Visit(hysteresis=share, within_m=within, dwell_s=dwell, replan_s=replan):
+            within = site.horizontal_reach_m / 2.0 if within is None else within
+            return visit.VisitPlacement(
+                within_m=within, dwell_s=dwell, hysteresis=share, replan_s=replan
+            )
         case Assign(horizon_s=horizon, hysteresis=share):
             return assign.AssignPlacement(horizon_s=horizon, hysteresis=share)
         case Zigzag():

@@ -53,6 +53,17 @@ class AnchorView:
         """
         return self._known.expected_error_m(self.time)
 
+    @property
+    def left_m2(self) -> Floats:
+        """The variance (m2) of each AUV's estimate, both axes together, that its last broadcast fix
+        left, shape (n,).
+        """
+        return self._known.left_m2
+
+    def drifted_m2(self, ages: Floats) -> Floats:
+        """Return the expected squared drift (m2) of AUVs in times (n, k), s, without fixes."""
+        return self._known.drifted_m2(ages)
+
     def auvs(self, time: float) -> Floats:
         """Return the believed positions of AUVs at an instant (s) from `time` on, (n, 3), m.
 

@@ -162,6 +162,13 @@ class Follow(Ahead):
 
     MODEL, MOST_AUVS = "follow", 100  # these take 0.1 s to place; twice as many take seconds
     model: Literal["follow"] = "follow"
+    within_m: Real | None = key(
+        None,
+        "m",
+        "ASVs rest while each AUV is believed within this distance of one; null = they never wait",
+        ge=0,
+        le=1e5,
+    )
 
 
 class Assign(Ahead):
@@ -169,6 +176,37 @@ class Assign(Ahead):
 
     MODEL = "assign"
     model: Literal["assign"] = "assign"
+
+
+class Visit(Grouped):
+    """Each ASV keeps near one of its AUVs at a time: that with the largest expected error."""
+
+    MODEL = "visit"
+    model: Literal["visit"] = "visit"
+    within_m: Real | None = key(
+        None,
+        "m",
+        "an ASV rests while the AUV that it visits is believed within this distance; null = half "
+        "the HF range",
+        ge=0,
+        le=1e5,
+    )
+    dwell_s: Real = key(
+        30.0, "s", "how long an ASV stays with an AUV at least, once near", OURS, ge=0, le=1e6
+    )
+
+
+class Information(Grouped):
+    """ASVs go where fixes are expected to leave the least error (Fisher information)."""
+
+    MODEL, MOST_AUVS = "information", 100
+    model: Literal["information"] = "information"
+    horizon_s: Real = key(
+        30.0, "s", "how long ahead the errors of AUVs are expected", OURS, ge=1, le=1e6
+    )
+    criterion: Literal["trace", "determinant"] = key(
+        "trace", "", "size of a covariance: A-optimality or D-optimality", OURS
+    )
 
 
 class Zigzag(Grouped):
@@ -241,6 +279,8 @@ Placement = Annotated[
     | Annotated[Follow, Tag("follow")]
     | Annotated[Assign, Tag("assign")]
     | Annotated[Zigzag, Tag("zigzag")]
+    | Annotated[Visit, Tag("visit")]
+    | Annotated[Information, Tag("information")]
     | Annotated[AsvTrack, Tag("track")]
     | Annotated[OwnPlacement, Tag("own")],
     Discriminator(_placed),
