@@ -42,6 +42,8 @@ def _scenario(scenario: Scenario | str | Path) -> Scenario:
     found = as_scenario(scenario, allow_plugins=False)
     if found.protocol.asvs_ping:
         raise ValueError("protocol.ranging: with passive ranging vessels know of no fixes")
+    if not found.asvs.count:
+        raise ValueError("asvs.count: is 0, and actions are of vessels; give at least one")
     return found
 
 
@@ -95,7 +97,7 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
-            ValueError: with passive ranging, or for a step or speed that is none.
+            ValueError: with passive ranging, without a vessel, or for a step or speed that is none.
         """
         if not (step_s > 0.0 and speed_m_per_s > 0.0):
             raise ValueError(

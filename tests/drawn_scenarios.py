@@ -277,7 +277,7 @@ def _matched(data: dict[str, Any], draw: random.Random, folder: Path) -> None:
         if given.get(name) is not None:
             given[name] = [(given[name] or LISTED[section, name])[0]] * few
     for number, failure in enumerate(data.get("asvs", {}).get("failures", ())):
-        failure["asv"] = number % counts["asvs"]
+        failure["asv"] = number % max(counts["asvs"], 1)
         if failure.get("until_s") is not None and draw.random() < 0.9:
             failure["until_s"] = failure["at_s"] + draw.choice((1e-6, 1.0, 20.0))
     formation = data.get("asvs", {}).get("formation", {})

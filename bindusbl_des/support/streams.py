@@ -107,7 +107,7 @@ class NoiseStore:
         self._streams, self._width = streams, width
         self._purposes = [Purpose.MEASUREMENT, Purpose.OUTLIER][: 1 + (further > 0)]
         self._drawn: dict[tuple[int, int], list[np.random.Generator]] = {}
-        rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * asvs)))
+        rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // max(auvs * asvs, 1)))
         self.shelf = np.full((auvs, asvs), -1, dtype=np.int64)
         self.taken = np.full((auvs, asvs), rows, dtype=np.int64)
         self.blocks = np.empty((min(auvs * asvs, SHELVES), rows, width + further))

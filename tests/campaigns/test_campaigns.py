@@ -855,7 +855,7 @@ WRONG = {
     ),
     "keys of a section": (
         HEAD + "vary: {asvs.count.x: [2]}\n",
-        ["2:23: asvs.count: needs a whole number (>= 1 and <= 10000); got keys and values"],
+        ["2:23: asvs.count: needs a whole number (>= 0 and <= 10000); got keys and values"],
     ),
 }
 

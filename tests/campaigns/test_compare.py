@@ -335,7 +335,7 @@ WRONG_OPTIONS = {
     ],
     ("asvs.cuont=2", "asvs.count=x"): [
         "--vary asvs.cuont=2: asvs.cuont: unknown key; did you mean 'count'?",
-        "--vary asvs.count=x: asvs.count: needs a whole number (>= 1 and <= 10000); got the "
+        "--vary asvs.count=x: asvs.count: needs a whole number (>= 0 and <= 10000); got the "
         "text 'x'",
     ],
     ("asvs.count=[2",): [

@@ -11,7 +11,7 @@ from ...core.scenario import families
 from ...core.scenario.files.overrides import put
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
-from ...support.wording import plain
+from ...support.wording import counted, plain
 from ..preflight.fix_chance import HALF, delivery
 from .stations import Ways
 
@@ -77,6 +77,10 @@ def proposals(result: "Result") -> tuple[list[Change], list[str]]:
     scenario, auvs = result.scenario, result.arrow["auvs"].to_pylist()
     setup = result.setup
     needless: list[str] = []
+    if not scenario.asvs.count:  # all else acts on rounds, of which there is none
+        needless.append("other rounds, ranges and filters (there is no ASV)")
+        one = [*_another(scenario)]
+        return [change for change in one if changed(scenario, change.settings)], needless
     kinds = [
         _filters(scenario),
         _delays(setup),
@@ -258,9 +262,10 @@ def _formations(setup: Setup, needless: list[str]) -> list[Iterator[Change]]:
 
 
 def _another(scenario: Scenario) -> Iterator[Change]:
-    """Yield the plan with one more ASV that moves."""
+    """Yield the plan with one more ASV, where those go that move, or the first one."""
     count = scenario.asvs.count + 1
-    yield Change(COUNT, f"{count} ASVs instead of {count - 1}", {"asvs.count": count})
+    words = f"{counted(count, 'ASV')} instead of {count - 1}"
+    yield Change(COUNT, words, {"asvs.count": count})
 
 
 def _moved(setup: Setup, ways: Ways) -> Iterator[Change]:

@@ -42,7 +42,11 @@ WIDTH = 28
 
 
 def planned_limits(scenario: "Scenario") -> "Limits | None":
-    """Return the limits of a scenario by its plans; None where only a plug-in knows these."""
+    """Return the limits of a scenario by its plans; None where only a plug-in knows these, and
+    without any ASV.
+    """
+    if not scenario.asvs.count:
+        return None
     from ...support.plugins import PluginError
     from ..preflight.limits import limits
 
@@ -57,6 +61,9 @@ def limits_lines(setup: "Setup", limits: "Limits | None") -> Iterator[str]:
     from ..preflight.band_warnings import left_out
 
     scenario = setup.scenario
+    if not scenario.asvs.count:
+        yield "Without an ASV no round begins and no AUV pings: there are no fixes by sound."
+        return
     if limits is None:
         yield "Limits follow from where the AUVs go, which only the plug-in knows."
         return
@@ -170,6 +177,8 @@ def coverage(
         stations, reach = reading.setup.stations_m, reading.setup.horizontal_reach_m
     except (NoStations, PluginError) as error:
         refuse(f"{scenario}: {error}")
+    if figure and not stations:
+        refuse(f"{scenario}: asvs.count is 0: no coverage can be drawn; leave out --figure")
     from ..preflight.fix_chance import heard_rings
 
     setup = reading.setup
@@ -179,6 +188,7 @@ def coverage(
         print_json(found)
     else:
         say("\n".join(_told(found)))
+    if stations and not wants_json():
         signs = "none (.), one (o), several ASVs (#)"
         say(f"\nHalf the pings or more heard by {signs}; north is up, east to the right:")
         say("\n".join(coverage_map(setup.area, stations, heard, land=setup.land)))
@@ -201,7 +211,7 @@ def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") 
 
     scenario, land = setup.scenario, setup.land
     area, hf_range = setup.area, scenario.acoustics.hf.range_m
-    covered = partial(covered_by_rings, area, stations, land=land)
+    covered = partial(covered_by, setup, stations)
     try:
         bound = formation_radius_bound(area.side, hf_range) if area.side else None
     except ValueError:  # the HF range is below half the side
@@ -218,16 +228,25 @@ def _coverage(setup: "Setup", stations: Stations, reach: float, heard: "Rings") 
         "heard_from_m": setup.deepest_m,
         "heard_m": heard[0][1] if heard and heard[0][0] == 0.0 else 0.0,
         "heard_between_m": [list(ring) for ring in heard],
-        "worst_corner_m": corner_distance(area, stations),
+        "worst_corner_m": corner_distance(area, stations) if stations else None,
         "formation_radius_bound_m": bound,
-        "covering_radius_m": covering_radius(area, stations),
+        "covering_radius_m": covering_radius(area, stations) if stations else None,
         "covered_area": covered(heard),
-        "behind_land": covered_by_rings(area, stations, heard) - covered(heard) if land else None,
+        "behind_land": (
+            covered_by_rings(area, stations, heard) - covered(heard) if land and stations else None
+        ),
         **_by_slant(setup, covered),
         **_chances(setup, stations),
         **_directions(setup),
         "left_out": ["asvs.failures"] if scenario.asvs.failures else [],
     }
+
+
+def covered_by(setup: "Setup", stations: Stations, heard: "Rings") -> float:
+    """Return the share of the survey that ASVs hear; without any it is none."""
+    from ...core.geometry.coverage import covered_by_rings
+
+    return covered_by_rings(setup.area, stations, heard, setup.land) if stations else 0.0
 
 
 def _by_slant(setup: "Setup", covered: "Callable[[Rings], float]") -> dict[str, Any]:
@@ -257,6 +276,8 @@ def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
     from ...core.geometry.coverage import EQUAL, loneliest_point
     from ..preflight.fix_chance import fix_chance, mean_chance
 
+    if not stations:
+        return {"fix_chance_mean": 0.0, "fix_chance_least": 0.0}
     area, everywhere = setup.area, mean_chance(setup, stations, CELLS)
     ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
@@ -281,7 +302,6 @@ def _directions(setup: "Setup") -> dict[str, Any]:
 
 
 def _told(found: dict[str, Any]) -> Iterator[str]:
-    from ...core.geometry.coverage import is_within
     from ...core.geometry.geodesy import degrees_text, minutes_text
 
     stations, reach = found["asvs"], found["reach_m"]
@@ -289,6 +309,8 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
         yield f"ASV{row['asv']:<23}{row['x_m']:>z9.2f} m north, {row['y_m']:z.2f} m east"
     if len(stations) > MOST_ROWS:
         yield f"... {len(stations) - MOST_ROWS} more ASVs"
+    if not stations:
+        yield f"{'ASVs':<26}{'none':>9}"
     metric = found["range_metric"]
     if not found["side_m"]:
         yield f"{'survey':<{WIDTH}} {found['survey']}"
@@ -305,6 +327,25 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     for begin, end in found["heard_between_m"]:
         if begin > 0.0:
             yield f"{'':<26}{begin:>9.2f} m to {end:.2f} m: half of them again"
+    if stations:
+        yield from _distances(found)
+    yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
+    if (hidden := found["behind_land"]) is not None:
+        yield f"{'behind land':<26}{100 * hidden:>9.2f} % within that, and not heard all the same"
+    if (mean := found["fix_chance_mean"]) is not None:
+        least = 100 * found["fix_chance_least"]
+        yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"
+    if (bearing := found["bearing_sd_deg"]) is not None:
+        elevation = found["elevation_sd_deg"]
+        yield f"{'bearing, elevation':<26}{bearing:>9.2f} deg, {elevation:.2f} deg; AHRS beside"
+    if found["left_out"]:
+        yield f"{'asvs.failures':<26}left out: ASVs that fail are taken to hear all the time"
+
+
+def _distances(found: dict[str, Any]) -> Iterator[str]:
+    from ...core.geometry.coverage import is_within
+
+    reach, heard = found["reach_m"], found["heard_m"]
     yield f"{'worst corner':<26}{found['worst_corner_m']:>9.2f} m to its nearest ASV"
     if (bound := found["formation_radius_bound_m"]) is None:
         why = "the HF range is below half the side" if found["side_m"] else "for squares only"
@@ -317,14 +358,3 @@ def _told(found: dict[str, Any]) -> Iterator[str]:
     verdict = "within" if by_range and by_sound else "beyond"
     what = "where half are decoded" if by_range and not by_sound else "the HF range"
     yield f"{'covering radius':<26}{radius:>9.2f} m, {verdict} {what}"
-    yield f"{'covered area':<26}{100 * found['covered_area']:>9.2f} %"
-    if (hidden := found["behind_land"]) is not None:
-        yield f"{'behind land':<26}{100 * hidden:>9.2f} % within that, and not heard all the same"
-    if (mean := found["fix_chance_mean"]) is not None:
-        least = 100 * found["fix_chance_least"]
-        yield f"{'chance of a fix':<26}{100 * mean:>9.2f} % of pings, {least:.1f} % at worst"
-    if (bearing := found["bearing_sd_deg"]) is not None:
-        elevation = found["elevation_sd_deg"]
-        yield f"{'bearing, elevation':<26}{bearing:>9.2f} deg, {elevation:.2f} deg; AHRS beside"
-    if found["left_out"]:
-        yield f"{'asvs.failures':<26}left out: ASVs that fail are taken to hear all the time"

@@ -145,12 +145,12 @@ def timing(scenario: str, overrides: tuple[str, ...], allow_plugins: bool) -> No
     from ..preflight.round_lengths import rounds_of
 
     rounds, limits = rounds_of(setup), planned_limits(mission)
-    parts = (
+    parts = map("\n".join, (
         _durations(setup, rounds.slots),
         _downlink(setup, rounds),
         limits_lines(setup, limits),
-    )
-    text = "\n\n".join("\n".join(lines) for lines in parts)
+    ))  # fmt: skip
+    text = "\n\n".join(filter(None, parts))
     answer({**_timing(setup, rounds), "limits": limits_data(limits)}, text)
 
 
@@ -184,6 +184,8 @@ def _downlink(setup: "Setup", rounds: "Rounds") -> Iterator[str]:
     """Yield what a round is under the scenario's downlink and schedule, and a table of rounds."""
     scenario, protocol = setup.scenario, setup.scenario.protocol
     downlink, schedule = protocol.downlink, protocol.schedule
+    if not scenario.asvs.count:
+        return
     if protocol.asvs_ping:
         yield from _passive(rounds)
         return
@@ -313,7 +315,7 @@ def _timing(setup: "Setup", rounds: "Rounds") -> dict[str, Any]:
         "assignment_bytes": rounds.named * protocol.dissemination.assignment_bytes,
         "frame_s": rounds.frame or None,
         "access": asdict(offered(setup, slots)) if protocol.random_access else None,
-        "rounds": rows if rounds.are_known else None,
+        "rounds": [] if not setup.scenario.asvs.count else rows if rounds.are_known else None,
     }
 
 

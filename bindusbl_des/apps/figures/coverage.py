@@ -47,7 +47,11 @@ def coverage(result: "Result", width: float) -> Figure:
 
 
 def without_stations(result: "Result") -> str:
-    """Return why there is no coverage to be drawn: ASVs move; "" where they keep stations."""
+    """Return why there is no coverage to be drawn: ASVs move, or there is none; "" where they
+    keep stations.
+    """
+    if not result.scenario.asvs.count:
+        return "there is no ASV"
     try:
         _ = _stations(result) or result.setup.stations_m
     except ValueError as error:

@@ -88,7 +88,7 @@ def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
     )
     paths = {name: east_north(track[["x_m", "y_m"]]) for name, track in asvs.items()}
     add_lines(axes, list(paths.values()), ["k"] * len(paths), linewidths=0.6, label="ASV track")
-    starts = np.array([path[0] for path in paths.values()])
+    starts = np.array([path[0] for path in paths.values()]).reshape(-1, 2)
     for reach, colour, style, label in reaches:
         heard = heard_patches(setup, starts[:, ::-1], reach)
         axes.add_collection(

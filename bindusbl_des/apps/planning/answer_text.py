@@ -11,7 +11,7 @@ from ...core.results.result import scenario_sha256, versions
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
 from ...support.kept_files import portable
-from ...support.wording import amount, counted, filled, significant, with_ends
+from ...support.wording import amount, counted, filled, significant, timed, with_ends
 from ..preflight.whereabouts import idle, tired
 from .doubting import became_of, by_surprise, plainly
 from .folder import COMPLETE, CUT, shown_first
@@ -163,9 +163,31 @@ def caveats(outcome: Outcome) -> Iterator[str]:
     for longer in (*idle(Setup.of(shown)), *tired(Setup.of(shown))):
         yield f"{longer.key} {longer.message}."
     if outcome.team is not None:
+        yield from _risen(outcome.team)
         yield from _unvaried(outcome)
     if outcome.team is not None and not outcome.cut:
         yield from _predicted(outcome, outcome.team)
+
+
+def _risen(team: Team) -> Iterator[str]:
+    """Yield what it costs a team that its AUVs come up: time, way, and energy by that."""
+    changed = team.changed({"auvs.route.surface_every_s": None})
+    if changed is None or not any(wing.asked.surfacing is not None for wing in team.setup.wings):
+        return
+    try:
+        pairs = list(zip(team.setup.flown_s, changed.setup.flown_s, strict=True))
+    except ValueError:  # lanes have no end that is known
+        return
+    longer, auv = max((up - down, auv) for auv, (up, down) in enumerate(pairs))
+    if longer <= 0.0:
+        return
+    up, down = pairs[auv]
+    way = longer * team.setup.auvs[auv].speed_m_per_s
+    yield (
+        f"Coming up to fix takes AUV{auv} {timed(longer)} and {way:,.0f} m of its lanes: they are "
+        f"flown after {timed(up)}, not {timed(down)}, for {significant(100 * longer / down, 2)} % "
+        "more energy of propulsion, as it goes by the way."
+    )
 
 
 def _unvaried(outcome: Outcome) -> Iterator[str]:

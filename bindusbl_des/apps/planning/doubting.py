@@ -142,15 +142,16 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
     that make it so.
     """
     setup, scenario = team.setup, team.scenario
+    is_heard = team.asvs > 0 or scenario.has_peers
     bands, navigation = {HF: scenario.acoustics.hf, MF: scenario.acoustics.mf}, scenario.navigation
     # Only of a disc the range bounds what is heard.
     discs = [name for name, band in bands.items() if band.traits.ends_at_range]
-    if discs:
+    if discs and is_heard:
         ranges = {f"{name}.range_m": _rounded(SHORTER * bands[name].range_m, 6) for name in discs}
         which = "ranges" if len(discs) == len(bands) else f"{discs[0][-2:].upper()} range"
         yield "ranges", f"{which} {100 * (SHORTER - 1):+.0f} %", {**ranges, **_kept(team)}
-    lossy = [HF] if loses_pings(setup) else []
-    if scenario.protocol.sends_frames and not bands[MF].traits.keeps_frames:
+    lossy = [HF] if is_heard and loses_pings(setup) else []
+    if team.asvs and scenario.protocol.sends_frames and not bands[MF].traits.keeps_frames:
         lossy.append(MF)
     bursts = {name: burst for name in lossy if (burst := bands[name].burst_s) is not None}
     if bursts:
@@ -162,13 +163,11 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
     if lasts:
         bursts = {f"{name}.channel.burst_s": burst for name, burst in lasts.items()}
         yield "bursts", words, bursts
-    yield (
-        "sound_speed",
-        f"speed of sound taken {100 * (FASTER - 1):.0f} % too high",
-        {"environment.assumed_sound_speed_m_per_s":
-         _rounded(FASTER * setup.assumed_sound_speed_m_per_s, 6)},
-    )  # fmt: skip
-    if not scenario.usbl.model.is_own:
+    if is_heard:
+        faster = _rounded(FASTER * setup.assumed_sound_speed_m_per_s, 6)
+        words = f"speed of sound taken {100 * (FASTER - 1):.0f} % too high"
+        yield "sound_speed", words, {"environment.assumed_sound_speed_m_per_s": faster}
+    if team.asvs and not scenario.usbl.model.is_own:
         yield from _worse_fixes(scenario.usbl)
     sheet = {
         f"drift.{name}": size
@@ -236,7 +235,7 @@ def _assumed(team: Team, changed: Keys) -> list[dict[str, Any]]:
 def _kept(team: Team) -> dict[str, Any]:
     """Return what keeps a ring where it is, since by default it grows with the HF range."""
     asked = team.scenario.asvs.formation.moored
-    if asked is None or asked.is_placed or asked.radius_m is not None or team.asvs == 1:
+    if asked is None or asked.is_placed or asked.radius_m is not None or team.asvs <= 1:
         return {}
     cleared = {f"{FORMATION}.clearance_m": 0.0} if asked.clearance_m else {}
     return {**cleared, RADIUS: _rounded(ring_radius(team.stations), 9)}

@@ -275,7 +275,12 @@ def counts_of(point: Mapping[str, Any], scenario: Scenario, listed: bool) -> Seq
     formation = scenario.asvs.formation
     named = ("asvs.count", "asvs.formation", "asvs.formation.positions_m")
     is_fixed = any(key in point for key in named) or not (formation.moored or formation.moves)
-    return (scenario.asvs.count,) if listed or is_fixed else COUNTS
+    return (scenario.asvs.count,) if listed or is_fixed else _counts(scenario)
+
+
+def _counts(scenario: Scenario) -> Sequence[int]:
+    """Return the numbers of ASVs that are proposed: none as well where the scenario has none."""
+    return COUNTS if scenario.asvs.count else range(COUNTS.stop)
 
 
 def _most_vessels(experiment: Experiment, listed: bool) -> int:

@@ -122,7 +122,7 @@ def binding(team: Team) -> list[Relief]:
     far, goal, now = max(known, key=lambda pair: pair[0])
     found = []
     for what, words, divisors in IMPROVED:
-        value = value_of(goal, predict(improved(team.inputs, divisors), team.stations))
+        value = value_of(goal, predict(improved(team.inputs, divisors), team.predicted_from))
         if excess(goal, value) < far - NOTEWORTHY:
             values = f"{value_text(goal, value)} instead of {value_text(goal, now)}, as predicted"
             told = f"{words}: {goal.metric} {values}"
@@ -133,9 +133,9 @@ def binding(team: Team) -> list[Relief]:
 def foreseen(result: "Result") -> tuple[Foreseen, ...]:
     """Return what is predicted to lower the worst AUV's mean error, the best first.
 
-    Nothing where the scenario cannot be predicted, or its fleet is too large.
+    Nothing where the scenario cannot be predicted, has no ASV, or too large a fleet.
     """
-    if result.scenario.auvs.count * result.scenario.asvs.count > LARGEST:
+    if not 0 < result.scenario.auvs.count * result.scenario.asvs.count <= LARGEST:
         return ()
     try:
         now = _error(result.setup)

@@ -28,7 +28,7 @@ from ...support.wording import counted, plain
 from ..advice.stations import Ways
 from ..campaigns.experiments.experiment import laid_over
 from .goals import Goal
-from .placement import free_places
+from .placement import NOWHERE, free_places
 from .prediction.gathering import inputs_of
 from .prediction.inputs import STATED_ERROR, Inputs
 from .prediction.predicting import Prediction, predict
@@ -63,13 +63,20 @@ class Team:
 
     @cached_property
     def stations(self) -> Floats:
-        """Where its ASVs keep station (n, 2), m; none where they move."""
+        """Where its ASVs keep station (n, 2), m; none where they move, or there is none."""
         return np.array(self.setup.kept_stations_m).reshape(-1, 2)
+
+    @property
+    def predicted_from(self) -> Floats:
+        """The stations (n, 2), m, that predictions are made with: of a team without any ASV one
+        that is out of all ranges.
+        """
+        return self.stations if self.asvs else np.array(NOWHERE)
 
     @property
     def moves(self) -> bool:
         """Whether its ASVs move: then nothing is predicted, and it is flown."""
-        return not len(self.stations)
+        return self.asvs > 0 and not len(self.stations)
 
     @property
     def asvs(self) -> int:
@@ -92,13 +99,19 @@ class Team:
 
     @cached_property
     def inputs(self) -> Inputs | None:
-        """What its prediction is made of; None where it cannot be predicted."""
+        """What its prediction is made of; None where it cannot be predicted, as of AUVs that have
+        each other alone.
+        """
+        if not self.asvs and self.scenario.has_peers:
+            return None
         return inputs_for(self.question, self.scenario)
 
     @cached_property
     def prediction(self) -> Prediction | None:
         """What is predicted of it; None where nothing is."""
-        return None if self.inputs is None or self.moves else predict(self.inputs, self.stations)
+        if self.inputs is None or self.moves:
+            return None
+        return predict(self.inputs, self.predicted_from)
 
     @cached_property
     def lost(self) -> list[tuple[int, ...]]:
@@ -164,7 +177,7 @@ class Team:
     def words(self) -> str:
         """How many vessels, where, and what else is chosen."""
         keys, formation = self.keys, self.scenario.asvs.formation
-        places = " in the scenario's places"
+        places = " in the scenario's places" if self.asvs else ""
         if self.moves:
             places = f" on the move ({formation.choice})"
         elif (positions := keys.get(POSITIONS)) is not None:
@@ -178,7 +191,9 @@ class Team:
             for key, value in keys.items()
             if key != COUNT and not key.startswith(FORMATION)
         ]
-        return f"{counted(self.asvs, 'ASV')}{', '.join([places, *chosen])}"
+        return (
+            f"{counted(self.asvs, 'ASV') if self.asvs else 'no ASV'}{', '.join([places, *chosen])}"
+        )
 
 
 def team_of(question: Question, keys: Keys) -> Team | None:
@@ -413,6 +428,8 @@ def _about(question: Question, point: Keys, widely: bool) -> Iterator[Team]:
         # Where only the kind of placement varies, each is placed as well as if it were not named.
         places = [team] if _is_placed(point) else [team, *_elsewhere(team, widely)]
         yield from places
+        if not team.asvs:  # no round is to be planned
+            continue
         best = min(places, key=lambda team: team.rank)
         others = [best.changed(protocol) for protocol in _protocols(base.setup, point)]
         ranked = sorted(filter(None, others), key=lambda team: team.rank)[:MOST_PROTOCOLS]
@@ -423,7 +440,7 @@ def _elsewhere(team: Team, widely: bool) -> Iterator[Team]:
     """Yield the best regular formations of a team, for coverage and for what is predicted, and the
     places that cover most.
     """
-    if not team.is_moored or team.asvs > MOST_PLACED:
+    if not team.is_moored or not 0 < team.asvs <= MOST_PLACED:
         return
     question, area, inputs = team.question, team.setup.area, team.inputs
     if team.asvs > 1:

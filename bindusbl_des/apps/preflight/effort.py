@@ -54,6 +54,13 @@ def counts_of(setup: Setup) -> dict[str, float]:
     }
 
 
+# What depends on rounds
+OF_ROUNDS = (
+    *("rounds", "pings", "ways", "receptions", "frame_receptions", "fixes", "edges", "choices"),
+    *("pairs", "noises"),
+)
+
+
 def _protocol(setup: Setup) -> dict[str, float]:
     """Return the expected number of rounds, pings, receptions, fixes, and edges of conflict
     graphs.
@@ -65,6 +72,8 @@ def _protocol(setup: Setup) -> dict[str, float]:
         scenario.duration_s,
     )
     auvs, asvs, heard = scenario.auvs.count, scenario.asvs.count, _heard(setup)
+    if not asvs:  # no round begins
+        return dict.fromkeys(OF_ROUNDS, 0.0)
     listeners, share, met = asvs, heard_share(setup), float(heard.sum())
     frames = edges = choices = 0.0
     if protocol.asvs_ping:
@@ -312,7 +321,7 @@ def effort(setup: Setup) -> Effort:
     pairs = states * (states + 2 * STATES)  # of states, beyond those of any belief
     seconds += counts["fixes"] * pairs * STATES_S
     held["fixes"] += counts["fixes"] * pairs * STATES_BYTES
-    rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // (auvs * scenario.asvs.count)))
+    rows = max(FEWEST_ROWS, min(ROWS, MOST_ROWS // max(auvs * scenario.asvs.count, 1)))
     held["process"] = PROCESS_BYTES
     held["auvs"] = auvs * (AUV_BYTES + REMEMBERED * pairs * STATES_BYTES)
     held["edges"] += counts["edges"] / max(counts["rounds"], 1.0) * GRAPH_EDGE_BYTES

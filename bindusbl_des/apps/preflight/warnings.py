@@ -25,9 +25,16 @@ from .refusals import perhaps_carried_away, usable
 
 
 def failing(setup: Setup) -> Iterator[Problem]:
-    """Yield failures without effect, and instants from which no ASV works."""
+    """Yield failures without effect, and instants from which no ASV works, or that none exists."""
     scenario = setup.scenario
     end, seen = float(scenario.duration_s), set[float]()  # several ASVs may fail at one instant
+    if not (scenario.asvs.count or scenario.navigation.gnss_fix or scenario.has_peers):
+        yield Problem(
+            "asvs.count",
+            "is 0: no round begins, and AUVs keep to dead reckoning; let them come up to fix "
+            "(navigation.gnss_fix, auvs.route.surface_every_s), or range each other "
+            "(navigation.peers), if they are not to drift",
+        )
     for number, failure in enumerate(scenario.asvs.failures):
         key = f"asvs.failures.{number}.at_s"
         if failure.at_s >= end:

@@ -30,7 +30,7 @@ def formation(setup: Setup) -> Iterator[Problem]:
     """Yield ASVs moored by default outside the survey, or so far away that they hear no AUV."""
     scenario = setup.scenario
     asked = scenario.asvs.formation.moored
-    if asked is None:
+    if asked is None or not setup.stations_m:
         return
     stations, area = setup.stations_m, setup.area
     beyond = [area.beyond(x, y) for x, y in stations]
@@ -88,7 +88,7 @@ def anchors(setup: Setup) -> Iterator[Problem]:
     """Yield what keeps replanned ASVs from being near the AUVs."""
     scenario = setup.scenario
     asked = scenario.asvs.formation.replanned
-    if asked is None:
+    if asked is None or not scenario.asvs.count:
         return
     if scenario.protocol.asvs_ping:
         yield Problem(

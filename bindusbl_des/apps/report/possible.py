@@ -52,12 +52,12 @@ QUANTA = {"chance": 1e-3, "age": 1e-2, "error": 1e-3}
 def fields(mission: Recording, packer: Packer) -> dict[str, Any] | None:
     """Return the fields of a mission's survey, packed in the order of the cells of its grid.
 
-    None where ASVs move, and where a user-defined channel decides what is decoded: it is not asked
-    again.
+    None where ASVs move, or there is none, and where a user-defined channel decides what is
+    decoded: it is not asked again.
     """
     grid = survey_grid(mission.setup, CELLS)
     stations = np.stack([mission.truth[name][mission.auvs :] for name in ("x_m", "y_m")], axis=-1)
-    if not keep_station(stations, mission.scenario.acoustics.hf.range_m):
+    if not len(stations) or not keep_station(stations, mission.scenario.acoustics.hf.range_m):
         return None
     chance = fix_chance(mission.setup, stations[:, 0], grid.middles)
     if chance is None:
@@ -353,7 +353,11 @@ def _nearest(mission: Recording, times: Floats, auvs: Ints) -> float:
 
 
 def possible_text(mission: Recording) -> str:
-    """Return the section of limits as HTML: a row each, with a bar of what was reached of it."""
+    """Return the section of limits as HTML: a row each, with a bar of what was reached of it; ""
+    without ASVs.
+    """
+    if not mission.scenario.asvs.count:
+        return ""
     rows = reached(mission)
     full = [row for row in rows if (row.share or 0.0) >= FULL]
     lines = "".join(_line(row) for row in rows if row not in full)

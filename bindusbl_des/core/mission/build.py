@@ -95,7 +95,7 @@ def build_world(
         asvs = anchors.fleet
     if asvs is None:
         asvs = launch_asvs(setup, streams, water)
-    if setup.scenario.asvs.failures:
+    if setup.scenario.asvs.failures or not asvs.vehicles:  # no round begins while none works
         asvs = replace(asvs, failures=setup.failures)
     reckoning, navigator = equip_auvs(setup, auvs, wrong, record)
     given = env, setup, auvs, asvs, navigator, record, streams

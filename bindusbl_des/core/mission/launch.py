@@ -283,7 +283,7 @@ def _under_way(
 def launch_asvs(setup: Setup, streams: Streams, water: MissionCurrent) -> VehicleFleet:
     """Return the ASVs of a setup at their stations or on their tracks, in index order."""
     vehicle = setup.scenario.asvs.vehicle
-    if setup.asv_tracks is None and vehicle.has_dynamics:
+    if setup.asv_tracks is None and vehicle.has_dynamics and setup.stations_m:
         guided = guided_asvs(setup, setup.stations_m, streams, water)
         guided.advance(guided.duration_s)
         members = [guided.vehicle(asv) for asv in range(setup.scenario.asvs.count)]

@@ -117,7 +117,7 @@ def _with_land(
 
 def _fixes_table(record: Recorder, asvs: int, exchanges: bool) -> pa.Table:
     rows = record.fixes.rows
-    heard = np.zeros((len(rows), -(-asvs // 64) * 64), dtype=np.bool_)
+    heard = np.zeros((len(rows), max(-(-asvs // 64), 1) * 64), dtype=np.bool_)
     heard[:, :asvs] = hearers(record, range(len(rows)), asvs)
     packed = np.packbits(heard, axis=1)
     together = np.uint64 if asvs <= 64 else f"V{packed.shape[1]}"  # which is slower to compare

@@ -504,20 +504,22 @@ class Site(Facts):
 
     @fact
     def stations_m(self) -> Stations:
-        """The stations (x, y) of the ASVs, m (eq. formation).
+        """The stations (x, y) of the ASVs, m (eq. formation); () without an ASV.
 
         Raises:
             NoStations: when ASVs move.
             PluginError: when a user-defined placement is not allowed or fails.
         """
-        asked = self.scenario.asvs.formation
+        asked, count = self.scenario.asvs.formation, self.scenario.asvs.count
+        if not count:
+            return ()
         if isinstance(asked, OwnPlacement):
             from .own_routes import is_mover, own_placement, own_stations
 
             answer = own_placement(asked.choice, self.plan_view)
             if is_mover(answer):
                 raise NoStations(str(asked.choice))
-            return tuple(own_stations(asked.choice, answer, self.scenario.asvs.count))
+            return tuple(own_stations(asked.choice, answer, count))
         ring = asked.moored
         if ring is None:
             raise NoStations(asked.choice)
@@ -573,6 +575,8 @@ class Site(Facts):
     def are_steered(self) -> bool:
         """Whether ASVs get orders during the mission; raises as `stations_m`."""
         placement = self.scenario.asvs.formation
+        if not self.scenario.asvs.count:
+            return False
         if isinstance(placement, OwnPlacement):
             return not self.kept_stations_m
         return placement.replanned is not None
@@ -585,16 +589,16 @@ class Site(Facts):
             ValueError: with key and remedy, when a track is unreadable or outside the mission.
         """
         recording = self.scenario.asvs.formation.recording
-        if recording is None:
+        if recording is None or not self.scenario.asvs.count:
             return None
         tracks = [self.asv_track(asv) for asv in range(len(recording.files))]
         return self._within_the_mission(tracks, recording.time_offset_s, "asvs.formation")
 
     @fact
     def failures(self) -> "Failures | None":
-        """Which ASVs fail, from when until when (s); None without failures."""
+        """Which ASVs fail, from when until when (s); None without failures of any ASVs."""
         given = self.scenario.asvs.failures
-        if not given:
+        if not given and self.scenario.asvs.count:
             return None
         import numpy as np
 

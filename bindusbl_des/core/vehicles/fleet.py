@@ -173,7 +173,7 @@ class VehicleFleet:
     def works_from(self, time: float) -> float:
         """Return the first instant (s), from `time` on, at which any vehicle works, or infinity."""
         failures = self.failures
-        while failures is not None and len(failures.failed(time)) == len(self):
+        while failures is not None and time < inf and len(failures.failed(time)) == len(self):
             time = failures.next_change(time)
         return time
 

@@ -45,7 +45,8 @@ class Motion(NamedTuple):
 def together(tables: Sequence[Floats]) -> Motion:
     """Return the motion of a fleet from the legs of its vehicles."""
     first = np.concatenate(([0], np.cumsum([len(table) for table in tables])))
-    return Motion(np.concatenate(tables), first.astype(np.int64), np.zeros(len(tables)))
+    whole = np.concatenate([np.zeros((0, LEG_COLUMNS)), *tables])
+    return Motion(whole, first.astype(np.int64), np.zeros(len(tables)))
 
 
 def legs(rows: Floats) -> Floats:

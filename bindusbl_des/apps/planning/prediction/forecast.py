@@ -40,7 +40,8 @@ class Forecast:
             ValueError: when nothing is predicted of such a scenario, saying why.
         """
         if not setup.kept_stations_m:
-            raise ValueError("vessels that move are not predicted; simulate the mission")
+            why = "without a vessel that keeps its place nothing is predicted"
+            raise ValueError(f"{why}; simulate the mission")
         self.setup, self._inputs = setup, inputs or inputs_of(setup)
         self.left_out = self._inputs.approximations
         self._grids: dict[int, tuple[Grid, OnWays]] = {}

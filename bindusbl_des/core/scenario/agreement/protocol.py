@@ -29,7 +29,7 @@ def _fixed(site: Site) -> Iterator[Problem]:
     """Yield that the one ASV chosen to broadcast does not exist."""
     broadcaster, count = site.scenario.protocol.broadcaster, site.scenario.asvs.count
     asv = broadcaster.settings.get("asv")
-    if site.broadcaster.chosen_by == "one" and isinstance(asv, int) and asv >= count:
+    if site.broadcaster.chosen_by == "one" and isinstance(asv, int) and asv >= count > 0:
         yield Problem(
             "protocol.broadcaster.asv",
             no_such_asv(asv, count),
@@ -42,6 +42,13 @@ def _unslotted(site: Site) -> Iterator[Problem]:
     protocol = site.scenario.protocol
     if not site.scenario.protocol.random_access:
         return
+    if not site.scenario.asvs.count:
+        yield Problem(
+            "asvs.count",
+            f"is 0, and with {protocol.program} AUVs send to ASVs; give at least one, or use a "
+            "schedule with slots, of which none begins without an ASV",
+            ("protocol.schedule", "protocol.access"),
+        )
     works_in_slots = not site.ranging.own_clocks
     refused = {"ranging": works_in_slots, "downlink": protocol.downlink.is_own}
     for name, known in (

@@ -289,6 +289,8 @@ MOST_ORDERS = 1e6
 def formation_problems(site: Site) -> Iterator[Problem]:
     """Yield contradictions about stations of ASVs, or about ASVs that move."""
     placement = site.scenario.asvs.formation
+    if not site.scenario.asvs.count:
+        return
     if placement.moored is not None:
         yield from _still(placement.moored, site.scenario.asvs.count)
     elif placement.moves:
@@ -373,6 +375,7 @@ def no_such_asv(asv: int, count: int) -> str:
     'there is no ASV1: the only one is ASV0'
     """
     which = "the only one is ASV0" if count == 1 else f"the last is ASV{count - 1}"
+    which = which if count else "asvs.count is 0"
     return f"there is no ASV{asv}: {which}"
 
 

@@ -354,7 +354,7 @@ class Asvs(Part):
         failed = {failure.asv for failure in self.failures if failure.lasts(time)}
         return tuple(asv not in failed for asv in range(self.count))
 
-    count: Whole = key(3, "1", "number of ASVs", PAPER, ge=1, le=10_000)
+    count: Whole = key(3, "1", "number of ASVs; 0: AUVs are on their own", PAPER, ge=0, le=10_000)
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
     )
