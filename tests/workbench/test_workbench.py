@@ -131,6 +131,65 @@ def test_changes_are_those_of_the_file(server: Server, survey: Path) -> None:
         window.change("step", by=-1)
 
 
+# An island in a hole of the area's chart
+CHART = [
+    [[153.0, -33.0], [153.003, -33.0], [153.003, -33.002], [153.0, -33.002], [153.0, -33.0]],
+    [[153.001, -33.001], [153.0012, -33.001], [153.0012, -33.0012], [153.001, -33.001]],
+]
+
+
+def test_land_is_drawn_moved_and_erased(server: Server, survey: Path) -> None:
+    """Land and keep-outs are polygons of the scenario; what lies on land can be moved off it."""
+    with server.window() as window:
+        before = window.desk["text"]
+        island, fairway = [[30, -10], [50, -10], [50, 10]], [[-60, 40], [60, 40], [60, 50]]
+        window.change("shapes", name="keep_out", polygons=[fairway])
+        chart = window.change("shapes", name="land", polygons=[island])["chart"]
+        assert (chart["land"], chart["keep_out"]) == ([island], [fairway])
+        assert load_scenario(survey).survey.land == (tuple(map(tuple, island)),)
+        hidden = window.change("vessels", stations=[[45, -30]])["chart"]["shadows"]
+        assert hidden  # behind the island
+        look = window.change("vessels", stations=[[45, -2]])
+        assert "on land" in look["mistakes"][0]["message"]
+        assert (look["chart"]["land"], look["chart"]["stations"]) == ([island], [[45, -2]])
+        assert window.change("shapes", name="land", polygons=[])["mistakes"] == []
+        assert load_scenario(survey).survey.land is None
+        window.change("text", text=before)
+
+
+def test_a_chart_is_what_one_says_it_is(server: Server, survey: Path) -> None:
+    """A file that may be several things is asked about; holes of an area stay land as it is drawn
+    anew.
+    """
+    origin = {"Origin": f"http://{server.host}"}
+
+    def dropped(name: str, rings: object) -> str:
+        raw = json.dumps({"type": "Polygon", "coordinates": rings}).encode()
+        kept = json.loads(server.ask(f"drop?name={name}", "POST", raw, **origin)[1])["name"]
+        assert isinstance(kept, str)
+        return kept
+
+    bay, isle = dropped("bay.geojson", CHART), dropped("isle.geojson", CHART[1:])
+    with server.window() as window:
+        before = window.desk["text"]
+        moored = before.replace("positions_m: [[-30, 0], [30, 0]]", "positions_m: [[99, 0]]")
+        window.change("text", text=moored.replace("asvs: {count: 2", "asvs: {count: 1"))
+        look = window.change("file", name=bay)  # nothing says where on Earth land would be
+        (hole,) = look["chart"]["land"]
+        assert len(hole) == 3
+        corners = [[-90, -120], [120, -140], [100, 130], [-100, 140]]
+        chart = window.change("area", corners=corners)["chart"]
+        assert chart["outline"] == corners
+        assert chart["land"][0] == [pytest.approx(corner, abs=0.01) for corner in hole]
+        assert load_scenario(survey).survey.area is None
+        window.do("file", name=isle)
+        assert window.until("choose")["among"][:2] == ["the area", "land"]
+        look = window.change("file", name=isle, **{"as": "land"})
+        assert look["chart"]["land"][0] == [pytest.approx(corner, abs=0.01) for corner in hole]
+        assert load_scenario(survey).survey.land.endswith("isle.geojson")
+        window.change("text", text=before)
+
+
 def test_mistakes_have_lines_and_do_no_harm(server: Server, survey: Path) -> None:
     with server.window() as window:
         look = window.change("text", text=SURVEY.replace("count: 2}", "cuont: 2}", 1))

@@ -133,6 +133,27 @@ def test_a_survey_is_drawn_moved_and_flown(opened: Open, survey: Path) -> None:
     settled(page, survey, lambda it: it.asvs.formation.positions_m[0] == (200, -150))
 
 
+def test_land_is_drawn_and_erased(opened: Open, survey: Path) -> None:
+    """A click for each corner; what is erased is there again when that is undone."""
+    page = opened()
+    box = page.locator("#map").bounding_box()
+    page.click("#draw-land")
+    for x, y in ((0.3, 0.3), (0.4, 0.3), (0.4, 0.4), (0.3, 0.3)):
+        page.mouse.click(box["x"] + box["width"] * x, box["y"] + box["height"] * y)
+        page.wait_for_timeout(60)
+    settled(page, survey, lambda drawn: drawn.survey.land and len(drawn.survey.land[0]) == 3)
+    assert page.locator("#map .land").count() == 1
+    page.click("#erase")
+    page.locator("#map .land").click(force=True, position={"x": 70, "y": 15})
+    settled(page, survey, lambda drawn: drawn.survey.land is None)
+    assert page.locator("#map .land").count() == 0
+    page.click("#undo")
+    settled(page, survey, lambda drawn: drawn.survey.land)
+    page.click("[data-tab=vehicles]")
+    page.click("[aria-label='Remove land 1']")
+    settled(page, survey, lambda drawn: drawn.survey.land is None)
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(1366, "dark"), (390, "light")])
 def test_the_keyboard_is_enough(opened: Open, survey: Path, width: int, scheme: str) -> None:
     """On any window: vessels are reached with tab and moved by keys; nothing is cut off."""

@@ -38,6 +38,8 @@ navigation:
 
 Change = tuple[KeyPath, Any]
 Point = Sequence[float]
+# What is drawn on: a setup, or the site of keys that do not agree (`Source.sketch`).
+Ground = Any
 
 
 class Stale(ValueError):
@@ -173,13 +175,47 @@ def vessels(stations: Iterable[Point]) -> list[Change]:
     return [(("asvs", "count"), len(places)), (("asvs", "formation"), formation)]
 
 
-def area(corners: Iterable[Point], origin: Point | None) -> list[Change]:
+def area(site: Ground, corners: Iterable[Point]) -> list[Change]:
     """Return the changes that make the survey a polygon of corners (m), which stays on its place on
-    Earth: `origin`, latitude and longitude (deg) of x = y = 0, if it has one.
+    Earth, as land in holes of its chart does.
     """
-    gone = ("side_m", "size_m", "rotation_deg", "area")
+    gone = ("side_m", "size_m", "rotation_deg", "polygon_deg", "area", "area_name")
     changes: list[Change] = [(("survey", name), REMOVED) for name in gone]
-    return [*changes, (("survey", "polygon_m"), _rounded(corners)), *_at_origin(origin)]
+    changes += [(("survey", "polygon_m"), _rounded(corners)), *_at_origin(site.origin_deg)]
+    if _has_holes(site):
+        changes.append((("survey", "land"), [_rounded(ring) for ring in drawn(site)["land"]]))
+    return changes
+
+
+def _has_holes(site: Ground) -> bool:
+    return any(len(rings) > 1 for rings in site.scenario.survey.charted("area"))
+
+
+def drawn(site: Ground) -> dict[str, list[list[list[float]]]]:
+    """Return the corners (m) of each polygon of land, and of water where nobody goes.
+
+    Raises:
+        ValueError: when one is none.
+    """
+    return {
+        name: [[list(corner) for corner in rings[0]] for rings in what.polygons] if what else []
+        for name, what in (("land", site.land), ("keep_out", site.keep_out))
+    }
+
+
+def shapes(site: Ground, name: str, polygons: Iterable[Iterable[Point]]) -> list[Change]:
+    """Return the changes that make `land`, or `keep_out`, polygons of corners (m).
+
+    Raises:
+        ValueError: when lakes would be lost.
+    """
+    known = site.land.polygons if site.land else ()
+    charted = site.scenario.survey.charted("keep_out") if name == "keep_out" else known
+    if any(len(rings) > 1 for rings in charted):
+        raise ValueError(f"survey.{name}: has lakes, which cannot be drawn; change its chart")
+    outline = area(site, site.area.outline) if name == "land" and _has_holes(site) else []
+    each = [_rounded(corners) for corners in polygons]
+    return [*outline, (("survey", name), each or REMOVED), *_at_origin(site.origin_deg)]
 
 
 def _at_origin(origin: Point | None) -> list[Change]:
@@ -198,20 +234,24 @@ def ways(points: Iterable[Iterable[Point]], origin: Point | None) -> list[Change
     return [(("auvs", "count"), len(each)), (("auvs", "route"), route), *_at_origin(origin)]
 
 
-def meanings(file: str) -> list[list[Change]]:
-    """Return what the name of a file may be meant for, the likeliest first: changes for each."""
-    shapes = ("side_m", "size_m", "rotation_deg", "polygon_m", "area")
+def meanings(file: str) -> dict[str, list[Change]]:
+    """Return what the name of a file may be meant for, in words, and the changes for each."""
+    shapes = ("side_m", "size_m", "rotation_deg", "polygon_m", "polygon_deg", "area", "area_name")
     gone: list[Change] = [(("survey", name), REMOVED) for name in shapes]
-    area: list[Change] = [*gone, (("survey", "area"), file)]
-    cast: list[Change] = [(("environment", "ctd"), file)]
-    ways: list[Change] = [(("auvs", "route"), {"kind": "waypoints", "files": [file]})]
+    charts: dict[str, list[Change]] = {
+        "the area": [*gone, (("survey", "area"), file)],
+        "land": [(("survey", "land"), file)],
+        "water where nobody goes": [(("survey", "keep_out"), file)],
+        "ways of the AUVs": [(("auvs", "route"), {"kind": "waypoints", "files": [file]})],
+    }
     track: list[Change] = [
         (("auvs", "count"), 1),
         (("auvs", "route"), {"kind": "track", "files": [file]}),
     ]
+    tracks = {"the way that an AUV repeats": track}
     if file.endswith((".csv", ".cnv", ".mcap")):
-        return [cast, track]
-    return [area, ways, track] if file.endswith(".gpx") else [area, ways]
+        return {"a cast of the water": [(("environment", "ctd"), file)], **tracks}
+    return {**charts, **tracks} if file.endswith(".gpx") else charts
 
 
 def key(name: str, text: str) -> list[Change]:

@@ -2,7 +2,7 @@
 `validate`, `coverage`, `timing` and `plan` ask.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from ...support.wording import timed
 from ..planning.prediction.forecast import Forecast
 from ..preflight.warnings import Reading, read_scenario
 from ..report.run_data import survey_data
+from .desk import Ground, drawn
 
 # So many points of each AUV's way are drawn.
 MOST_POINTS = 800
@@ -37,11 +38,14 @@ class Look:
         self.mistakes: Sequence[Mistake] = ()
         self.warnings: Sequence[Mistake] = ()
         self._reading: Reading | None = None
+        self._sketched: Ground | None = None
         self.refusal = ""
+        source = Source(text, file.name, file.parent)
         try:
-            reading = read_scenario(Source(text, file.name, file.parent))
+            reading = read_scenario(source)
         except ScenarioError as error:
             self.mistakes = error.mistakes
+            self._sketched = source.sketch()
             return
         self.warnings, self.mistakes = reading.warnings, reading.unloaded
         if not reading.unloaded:
@@ -52,14 +56,23 @@ class Look:
         """The facts of the scenario; None where it is none."""
         return None if self._reading is None else self._reading.setup
 
+    @property
+    def site(self) -> Ground | None:
+        """What its keys mean, also where they do not agree; None where they mean nothing."""
+        return self._sketched or self.setup
+
     def data(self) -> dict[str, Any]:
         """Return what is wrong, what is warned of, and what the map shows without predictions."""
+        chart = None
         try:
-            chart = None if self.setup is None else chart_of(self.setup)
+            if self.setup is not None:
+                chart = chart_of(self.setup)
+            elif self.site is not None:  # a vessel on land can be moved off it
+                chart = sketch_of(self.site)
         except (ValueError, ArithmeticError) as error:  # of a route that cannot be flown
-            key, _, message = str(error).partition(": ")
-            found = Mistake.at(FilePlace("", 1, 1), key, message)
-            self.mistakes, chart = (*self.mistakes, found), None
+            if not self.mistakes:
+                key, _, message = str(error).partition(": ")
+                self.mistakes = (Mistake.at(FilePlace("", 1, 1), key, message),)
         return {
             "mistakes": [asdict(mistake) for mistake in self.mistakes],
             "warnings": [asdict(warning) for warning in self.warnings],
@@ -78,6 +91,22 @@ class Look:
         return None
 
 
+def sketch_of(site: Ground) -> dict[str, Any]:
+    """Return what a map shows of a scenario that cannot be flown: places in m, x north and y east.
+
+    Raises:
+        ValueError: when its area is none.
+    """
+    keys = site.scenario
+    return {
+        "name": keys.name,
+        "outline": [list(corner) for corner in site.area.outline],
+        **drawn(site),
+        "stations": [list(place) for place in site.kept_stations_m],
+        "is_flown": False,
+    }
+
+
 def chart_of(setup: Setup) -> dict[str, Any]:
     """Return what a map of a scenario shows: places in m, x north and y east.
 
@@ -87,11 +116,12 @@ def chart_of(setup: Setup) -> dict[str, Any]:
     scenario = setup.scenario
     area = setup.area
     return {
-        "name": scenario.name,
         **survey_data(setup),
+        **sketch_of(setup),
+        "is_flown": True,
+        "shadows": shadows(setup, setup.kept_stations_m),
         "area": area.words,
         "duration": timed(scenario.duration_s),
-        "stations": [list(place) for place in setup.kept_stations_m],
         "vessels": scenario.asvs.count,
         "placement": scenario.asvs.words,
         "reach": {"hf": setup.horizontal_reach_m, "mf": setup.horizontal_mf_reach_m},
@@ -99,6 +129,23 @@ def chart_of(setup: Setup) -> dict[str, Any]:
         "points": [[list(point) for point in way] for way in _points(setup)],
         "ways": [way.round(2).tolist() for way in _ways(setup)],
     }
+
+
+def shadows(setup: Setup, stations: Iterable[Sequence[float]]) -> list[list[list[list[float]]]]:
+    """Return what land hides from stations (m) within the range of pings: polygons, each its rings
+    of corners (m).
+    """
+    import shapely
+
+    if setup.land is None:
+        return []
+    hidden = [setup.land.shadow((x, y), setup.horizontal_reach_m) for x, y in stations]
+    parts = shapely.get_parts(shapely.simplify(hidden, setup.horizontal_reach_m / 1000.0))
+    return [
+        [shapely.get_coordinates(ring).round(1).tolist() for ring in shapely.get_rings(part)]
+        for part in parts
+        if part.geom_type == "Polygon" and not part.is_empty
+    ]
 
 
 def _points(setup: Setup) -> Sequence[Sequence[Sequence[float]]]:

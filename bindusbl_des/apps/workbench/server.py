@@ -39,12 +39,12 @@ from ...support.plain_yaml import read_text
 from ...support.shipped import ENDINGS
 from ...support.wording import described, file_name
 from ...support.yaml_edits import REMOVED, edited
-from ..planning.prediction.forecast import COARSE, FINE
+from ..planning.prediction.forecast import COARSE, FINE, Forecast
 from ..report.page import asset
 from . import desk as changes
 from .desk import Desk, Stale
 from .jobs import Jobs, Refused
-from .looking import Look
+from .looking import Look, shadows
 
 Answer = TypeVar("Answer")
 
@@ -137,6 +137,7 @@ class Workbench:
         self._shade: Any = "lanes"
         self._told_jobs = ""
         self._compiled = 0
+        self._tasks = set[asyncio.Task[None]]()
 
     async def _think(self, work: Callable[..., Answer], *given: Any) -> Answer:
         return await asyncio.get_running_loop().run_in_executor(self._looking, work, *given)
@@ -177,15 +178,20 @@ class Workbench:
             self._look = await self._think(Look, text, self.desk.file)
         data = await self._think(self._look.data)
         await self._tell({"is": "look", "version": version, **data}, only)
-        await self.forecast(only)
+        task = asyncio.create_task(self.forecast(only))  # other changes do not wait for it
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     async def forecast(self, only: WebSocket | None = None) -> None:
         """Tell what is predicted of the scenario as it is."""
         look, version = self._look, self.desk.version
         if look is None or look.setup is None:
             return
-        found = await self._think(_forecast, look, self._shade)
-        await self._tell({"is": "forecast", "version": version, **found}, only)
+        found = await self._think(
+            lambda: _forecast(look, self._shade) if look is self._look else None
+        )
+        if found is not None:  # it was not changed before its turn came
+            await self._tell({"is": "forecast", "version": version, **found}, only)
 
     async def tell_jobs(self, only: WebSocket | None = None) -> None:
         """Tell how far jobs are, if that is news."""
@@ -233,8 +239,8 @@ class Workbench:
             await self.tell_jobs(socket)
             while True:
                 await self._obey(socket, await socket.receive_text())
-        except (WebSocketDisconnect, RuntimeError):  # it has gone, while it was told something
-            pass
+        except (WebSocketDisconnect, RuntimeError, asyncio.CancelledError):  # it, or the server,
+            pass  # has gone, while it was told something
         finally:
             self._sockets.discard(socket)
 
@@ -263,11 +269,11 @@ class Workbench:
         await self._think(self.desk.change, made, version)
         await self.show()
 
-    def _origin(self) -> changes.Point | None:
-        """Return where on Earth x = y = 0 is, which what is drawn keeps."""
-        if self._look is None or self._look.setup is None:
+    @property
+    def _site(self) -> changes.Ground:
+        if self._look is None or self._look.site is None:
             raise Refused("the scenario has mistakes; mend them, and draw then")
-        return self._look.setup.origin_deg
+        return self._look.site
 
     async def do_vessels(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Moor vessels at places."""
@@ -275,11 +281,18 @@ class Workbench:
 
     async def do_area(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Make the survey a polygon."""
-        await self._change(changes.area(asked["corners"], self._origin()), asked["version"])
+        await self._change(changes.area(self._site, asked["corners"]), asked["version"])
+
+    async def do_shapes(self, _: WebSocket, asked: dict[str, Any]) -> None:
+        """Make land, or water where nobody goes, polygons."""
+        if asked["name"] not in ("land", "keep_out"):
+            raise Refused(f"no shapes {described(asked['name'])}")
+        made = changes.shapes(self._site, asked["name"], asked["polygons"])
+        await self._change(made, asked["version"])
 
     async def do_ways(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Send AUVs along points, or over lanes again."""
-        await self._change(changes.ways(asked["points"], self._origin()), asked["version"])
+        await self._change(changes.ways(asked["points"], self._site.origin_deg), asked["version"])
 
     async def do_key(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Give a key a value."""
@@ -293,8 +306,10 @@ class Workbench:
         await self._think(self.desk.write, text, version)
         await self.show()
 
-    async def do_file(self, _: WebSocket, asked: dict[str, Any]) -> None:
-        """Use a file that was dropped for what it can be meant for: an area, ways, a cast."""
+    async def do_file(self, socket: WebSocket, asked: dict[str, Any]) -> None:
+        """Use a file that was dropped for what it can be meant for: an area, land, ways, a cast; if
+        that is several things, and `as` says none, ask which.
+        """
         name = Path(asked["name"]).name
         path = self.desk.file.parent / name
         if path.suffix in ENDINGS:
@@ -303,16 +318,23 @@ class Workbench:
             return
         before = await self._think(Look, self.desk.text, self.desk.file)
         known, why = {mistake.message for mistake in before.mistakes}, list[str]()
-        for meant in changes.meanings(name):
-            text = edited(self.desk.text, meant)
-            look = await self._think(Look, text, self.desk.file)
-            new = [mistake.message for mistake in look.mistakes if mistake.message not in known]
-            if not new:
-                await self._think(self.desk.write, text, asked["version"])
-                await self.show()
-                return
-            why += new[:1]
-        raise Refused(f"{name} is kept beside the scenario, and is not used: {why[0]}")
+        texts = dict[str, str]()
+        for words, meant in changes.meanings(name).items():
+            if asked.get("as") in (None, words):
+                text = edited(self.desk.text, meant)
+                look = await self._think(Look, text, self.desk.file)
+                new = [mistake.message for mistake in look.mistakes if mistake.message not in known]
+                if not new:
+                    texts[words] = text
+                why += new[:1]
+        if not texts:
+            reason = why[0] if why else "say for what"
+            raise Refused(f"{name} is kept beside the scenario, and is not used: {reason}")
+        if len(texts) > 1:
+            await self._tell({"is": "choose", "name": name, "among": list(texts)}, socket)
+            return
+        await self._think(self.desk.write, *texts.values(), asked["version"])
+        await self.show()
 
     async def do_step(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Undo, or redo."""
@@ -333,7 +355,7 @@ class Workbench:
         if forecast is None:
             return
         stations = [[float(axis) for axis in place] for place in asked["stations"]]
-        found = await self._think(forecast.at, stations, self._shade, COARSE)
+        found = await self._think(_tried, forecast, stations, self._shade)
         await self._tell({"is": "tried", "id": asked["id"], "stations": stations, **found}, socket)
 
     async def do_begin(self, _: WebSocket, asked: dict[str, Any]) -> None:
@@ -368,6 +390,12 @@ VERBS: Mapping[str, Verb] = {
 }
 # What a window may ask of a job
 WANTED = ("kind", "seeds", "below", "above", "vary", "mean", "set", "words")
+
+
+def _tried(forecast: Forecast, stations: list[list[float]], shade: Any) -> dict[str, Any]:
+    """Return what is predicted of vessels at stations (m), and what land hides from them."""
+    hidden = shadows(forecast.setup, stations)
+    return {**forecast.at(stations, shade, COARSE), "shadows": hidden}
 
 
 def _forecast(look: Look, shade: Any) -> dict[str, Any]:

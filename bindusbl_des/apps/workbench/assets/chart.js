@@ -4,6 +4,8 @@ const at = ([x, y]) => L.latLng(x, y), place = ({ lat, lng }) => [lat, lng];
 const metres = (value) => `${Math.round(value * 10) / 10} m`;
 // How far (pixels) arrow keys move a vessel, and with shift; how long (ms) until that is kept.
 const STEP = 8, LEAP = 40, REST = 500;
+// What is drawn by the button with an id.
+const DRAWN = { "draw-area": "Polygon", "draw-land": "Polygon", "draw-keep-out": "Polygon", "draw-way": "Line" };
 // What is told of each AUV: a name of the prediction, words, unit, factor.
 const COLUMNS = [
   ["position_error_m", "mean error", "m", 1], ["position_error_p95_m", "95 % error", "m", 1], ["hf_coverage", "in HF range", "%", 100],
@@ -12,13 +14,13 @@ const COLUMNS = [
 
 export class Chart {
   constructor(bench) {
-    Object.assign(this, { bench, chart: { outline: [], ways: [], points: [] }, stations: [], markers: [], trying: false, waiting: null, id: 0, outline: "" });
+    Object.assign(this, { bench, chart: { outline: [], land: [], keep_out: [], ways: [], points: [] }, stations: [], markers: [], trying: false, waiting: null, id: 0, outline: "" });
     this.map = L.map("map", { crs: L.CRS.Simple, minZoom: -8, maxZoom: 6, zoomSnap: 0.25, zoomDelta: 0.5, wheelPxPerZoomLevel: 120, attributionControl: false, zoomControl: false, keyboard: true });
     L.control.zoom({ position: "topright" }).addTo(this.map);
     this.map.setView([0, 0], 0);
     L.control.scale({ imperial: false }).addTo(this.map);
-    for (const [name, level] of [["grid", 250], ["shade", 260], ["sea", 400]]) this.map.createPane(name).style.zIndex = level;
-    this.layers = Object.fromEntries(["grid", "area", "ways", "rings", "turns"].map((name) => [name, L.layerGroup().addTo(this.map)]));
+    for (const [name, level] of [["grid", 250], ["shade", 260], ["shadows", 270], ["sea", 400]]) this.map.createPane(name).style.zIndex = level;
+    this.layers = Object.fromEntries(["grid", "area", "shadows", "ways", "rings", "turns"].map((name) => [name, L.layerGroup().addTo(this.map)]));
     this.map.on("zoomend moveend resize", () => this.graticule());
     this.map.on("dragstart zoomstart", () => { this.fitted = false; });
     this.map.on("mousemove", ({ latlng }) => this.tellPlace(place(latlng)));
@@ -36,10 +38,9 @@ export class Chart {
     const on = (id, act) => byId(id).addEventListener("click", act);
     on("add", () => this.keep([...this.stations, this.neediest()]));
     on("all", () => this.seeAll());
-    on("draw-area", () => this.draw("Polygon", "draw-area"));
-    on("draw-way", () => this.draw("Line", "draw-way"));
+    for (const [id, shape] of Object.entries(DRAWN)) on(id, () => this.draw(shape, id));
     on("lanes", () => this.bench.ask("ways", { points: [] }));
-    on("edit-area", () => this.editArea(byId("edit-area").getAttribute("aria-pressed") !== "true"));
+    for (const id of ["edit", "erase"]) on(id, () => this.touch(this.touching === id ? null : id));
     byId("shade").addEventListener("change", () => this.bench.ask("shade", { shade: byId("shade").value }));
     new ResizeObserver(() => {
       this.map.invalidateSize({ animate: false });
@@ -49,48 +50,100 @@ export class Chart {
   // Drawing: a click a corner; the first again, or a double-click, ends it; escape gives up.
   draw(shape, button) {
     const on = byId(button).getAttribute("aria-pressed") !== "true";
-    this.editArea(false);
+    this.touch(null);
     this.map.pm.disableDraw();
     if (!on) return;
     this.map.pm.enableDraw(shape, { finishOn: shape === "Line" ? "dblclick" : null });
     this.press(button);
+    this.drawing = button;
   }
-  press(button) { for (const id of ["draw-area", "draw-way"]) byId(id).setAttribute("aria-pressed", id === button); }
+  press(button) {
+    for (const id of Object.keys(DRAWN)) byId(id).setAttribute("aria-pressed", id === button);
+  }
   drawn(shape, layer) {
     layer.remove();
-    const corners = layer.getLatLngs();
-    if (shape === "Polygon") this.bench.ask("area", { corners: corners[0].map(place) });
-    else this.bench.ask("ways", { points: [...this.chart.points, corners.map(place)] });
+    const corners = layer.getLatLngs(), name = { "draw-land": "land", "draw-keep-out": "keep_out" }[this.drawing];
+    if (shape === "Line") this.bench.ask("ways", { points: [...this.chart.points, corners.map(place)] });
+    else if (name) this.bench.ask("shapes", { name, polygons: [...this.chart[name], corners[0].map(place)] });
+    else this.bench.ask("area", { corners: corners[0].map(place) });
   }
-  editArea(on) {
-    byId("edit-area").setAttribute("aria-pressed", on);
-    if (on) this.area?.pm.enable({ allowSelfIntersection: true });
-    else this.area?.pm.disable();
+  // What a click on a polygon does: its corners, and land itself, can be dragged; or land goes.
+  touch(mode) {
+    this.touching = mode;
+    for (const id of ["edit", "erase"]) byId(id).setAttribute("aria-pressed", id === mode);
+    byId("map").classList.toggle("erasing", mode === "erase");
+    for (const layer of this.polygons ?? []) {
+      layer.pm.disable();
+      layer.pm.disableLayerDrag();
+      if (mode !== "edit") continue;
+      layer.pm.enable({ allowSelfIntersection: true });
+      if (layer.options.key) layer.pm.enableLayerDrag();
+    }
   }
   show({ chart }) {
-    for (const id of ["add", "draw-area", "edit-area", "draw-way"]) byId(id).disabled = !chart; // mend it first
+    for (const id of ["add", "edit", "erase", ...Object.keys(DRAWN)]) byId(id).disabled = !chart; // mend it first
     if (!chart) return;
-    this.chart = chart;
+    this.chart = chart = { ways: [], points: [], shadows: [], ...chart };
     this.showArea(chart);
     this.showWays(chart);
+    this.showShadows(chart.shadows);
     if (!this.dragging) { this.stations = chart.stations.map((it) => [...it]); this.showVessels(); }
     byId("add").disabled = !chart.stations.length;
+    byId("erase").disabled = !chart.land.length && !chart.keep_out.length;
     byId("lanes").disabled = chart.route === "lawnmower";
     if (!this.seen) { this.seen = true; this.seeAll(); }
-    this.tellFacts(chart);
+    this.tellShapes(chart);
+    if (chart.is_flown) this.tellFacts(chart);
+    else {
+      this.shadeBy(null);
+      byId("auvs").hidden = true;
+      byId("worst").textContent = "It cannot be flown like this; the reason stands under Scenario.";
+    }
   }
-  showArea({ outline, holes = [], land = [] }) {
-    const known = JSON.stringify([outline, holes, land]), editing = byId("edit-area").getAttribute("aria-pressed") === "true";
+  showArea({ outline, land, keep_out: keepOut }) {
+    const known = JSON.stringify([outline, land, keepOut]);
     if (known === this.outline) return;
     this.outline = known;
     this.layers.area.clearLayers();
-    this.area = L.polygon([outline.map(at), ...holes.map((hole) => hole.map(at))], { className: "area", pmIgnore: false }).addTo(this.layers.area);
-    for (const shape of [...holes, ...land]) L.polygon(shape.map(at), { className: "land", interactive: false, pmIgnore: true }).addTo(this.layers.area);
-    this.area.on("pm:edit", () => {
-      clearTimeout(this.resting);
-      this.resting = setTimeout(() => this.bench.ask("area", { corners: this.area.getLatLngs()[0].map(place) }), 60);
-    });
-    this.editArea(editing);
+    const polygon = (corners, more) => {
+      const layer = L.polygon(corners.map(at), { pmIgnore: false, ...more }).addTo(this.layers.area);
+      layer.on("pm:edit pm:dragend", () => this.reshaped(layer));
+      layer.on("click", () => this.touching === "erase" && more.key && this.erase(more.key, more.number));
+      return layer;
+    };
+    const of = (key, all, className) => all.map((corners, number) => polygon(corners, { key, number, className }));
+    this.polygons = [polygon(outline, { className: "area" }), ...of("keep_out", keepOut, "keep-out"), ...of("land", land, "land")];
+    this.touch(this.touching);
+  }
+  // Sent once all corners of one act have moved.
+  reshaped(layer) {
+    const { key, number } = layer.options, { version } = this.bench;
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => {
+      const corners = layer.getLatLngs()[0].map(place);
+      if (version !== this.bench.version) return; // meanwhile it has gone, or is another
+      if (!key) this.bench.ask("area", { corners });
+      else if (corners.length < 3) this.erase(key, number);
+      else this.bench.ask("shapes", { name: key, polygons: this.chart[key].map((it, i) => (i === number ? corners : it)) });
+    }, 60);
+  }
+  erase(key, number) { this.bench.ask("shapes", { name: key, polygons: this.chart[key].filter((_, i) => i !== number) }); }
+  // What land hides from vessels, within range.
+  showShadows(shadows) {
+    this.layers.shadows.clearLayers();
+    for (const rings of shadows) L.polygon(rings.map((ring) => ring.map(at)), { className: "shadow", interactive: false, pmIgnore: true, pane: "shadows" }).addTo(this.layers.shadows);
+  }
+  // Land and keep-outs in a list: where they lie, and a button for each that takes it away.
+  tellShapes({ land, keep_out: keepOut }) {
+    const row = (key, name) => (corners, number) => {
+      const box = L.polygon(corners.map(at)).getBounds(), [x, y] = place(box.getCenter()), words = `${name} ${number + 1}`;
+      const remove = make("button", { type: "button", "aria-label": `Remove ${words}` }, "remove");
+      remove.addEventListener("click", () => this.erase(key, number));
+      const cell = (text) => make("td", {}, text);
+      return make("tr", {}, make("th", { scope: "row" }, words), cell(`${corners.length} corners`), cell(`about ${metres(x)} N, ${metres(y)} E`), cell(remove));
+    };
+    const rows = [...land.map(row("land", "land")), ...keepOut.map(row("keep_out", "keep-out"))];
+    byId("shapes").replaceChildren(rows.length ? make("table", {}, make("tbody", {}, ...rows)) : make("p", { class: "note" }, "None. Draw some on the chart, or drop a file of them on it."));
   }
   showWays({ ways, points }) {
     this.layers.ways.clearLayers();
@@ -130,7 +183,7 @@ export class Chart {
     while (this.markers.length > this.stations.length) this.markers.pop().remove();
     while (this.markers.length < this.stations.length) this.markers.push(this.vessel(this.markers.length));
     this.layers.rings.clearLayers();
-    const { hf, mf } = this.chart.reach;
+    const { hf, mf } = this.chart.reach ?? { hf: 0, mf: 0 };
     this.rings = this.stations.map((station, number) => {
       this.markers[number].setLatLng(at(station));
       this.name(number);
@@ -185,6 +238,7 @@ export class Chart {
     (bindusbl.drags ??= []).push(performance.now() - this.asked);
     this.trying = false;
     this.tell(told, this.bench.forecast ?? {});
+    this.showShadows(told.shadows);
     if (this.waiting) { this.waiting = null; this.try(); }
   }
   keep(stations) {

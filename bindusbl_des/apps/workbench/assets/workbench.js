@@ -53,6 +53,7 @@ function take(message) {
     bench.jobs = message.jobs;
     heard("jobs", message.jobs);
   } else if (message.is === "tried") heard("tried", message);
+  else if (message.is === "choose") choose(message);
   else if (message.version === bench.version) { // of the scenario as it is, not as it was
     bench[message.is] = message;
     if (message.is === "look" && message.chart) {
@@ -112,6 +113,20 @@ for (const kind of ["dragover", "dragleave", "drop"]) {
     document.body.classList.toggle("dropping", kind === "dragover");
     if (kind === "drop") [...event.dataTransfer.files].forEach(drop);
   });
+}
+
+// A file may be several things: one says which.
+function choose({ name, among }) {
+  byId("choose-name").textContent = `What is ${name}?`;
+  byId("choose-among").replaceChildren(...[...among, "nothing"].map((words) => {
+    const button = make("button", { type: "button" }, words);
+    button.addEventListener("click", () => {
+      byId("choose").close();
+      if (words !== "nothing") bench.ask("file", { name, as: words });
+    });
+    return button;
+  }));
+  if (!byId("choose").open) byId("choose").showModal();
 }
 
 byId("undo").addEventListener("click", () => bench.ask("step", { by: -1 }));

@@ -94,7 +94,10 @@ def _ways(site: Site) -> Iterator[Problem]:
     closed = site.closed
     if closed is None or not any(wing.asked.is_flown for wing in site.wings):
         return
-    if any(has_too_many_lanes(site, wing) for wing in site.wings):
+    if any(
+        has_too_many_lanes(site, wing) or any(wing.asked.miscounted(len(wing.members)))
+        for wing in site.wings
+    ):
         return  # reported elsewhere
     try:
         plans = site.plans_that_ship

@@ -7,6 +7,7 @@ import copy
 import json
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -24,8 +25,10 @@ from ..chosen_parts import load_plugins
 from ..families import ROUTE as ROUTES
 from ..measured import read_measured
 from ..scenario import Scenario, site_of
+from ..scenario_keys import ScenarioKeys
 from ..sections.placements import AsvTrack
 from ..sections.routes import Track
+from ..site import Site
 from .explanations import Finding, guessed_kind
 from .former_keys import as_now, is_former, is_of_old, move_keys
 from .overrides import override
@@ -94,6 +97,17 @@ class Source(NamedTuple):
             )
             raise ScenarioError(dict.fromkeys(document.mistakes))  # an option may be given twice
         return document, scenario
+
+    def sketch(self) -> Site | None:
+        """Return the site of keys that each are right and may not agree; None where one is wrong.
+
+        A scenario that :meth:`read` refuses, such as one with a vessel on land, is drawn by it.
+        """
+        data = read_yaml(self.text, self.name).data
+        with suppress(ValueError, LookupError, TypeError):
+            list(place_files(data, self.folder))
+            return Site(ScenarioKeys.model_validate(data))
+        return None
 
 
 def load_scenario(
