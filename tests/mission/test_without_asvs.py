@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands_for_tests import call
 
 from bindusbl_des import Scenario, plan, simulate
 
@@ -37,6 +38,14 @@ def test_auvs_that_come_up_are_fixed_by_gnss_alone() -> None:
 def test_random_access_needs_an_asv() -> None:
     with pytest.raises(ValueError, match=r"asvs.count: is 0, and with aloha AUVs send to ASVs"):
         Scenario(name="m", asvs={"count": 0}, protocol={"access": "aloha"})
+
+
+def test_a_modem_of_no_vessel_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "alone.yaml"
+    path.write_text(json.dumps(RISING), encoding="utf-8")
+    told = call("live", str(path), "--to", "seatrac:pty")
+    assert told.exit_code == 2
+    assert "seatrac:pty: there is no ASV0; there are AUV0, AUV1" in told.stderr
 
 
 @pytest.mark.slow

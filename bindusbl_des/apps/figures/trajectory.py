@@ -94,9 +94,9 @@ def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
         axes.add_collection(
             PatchCollection(heard, fc="none", ec=colour, ls=style, lw=0.7, label=label)
         )
-    for name, place in zip(paths, starts.tolist(), strict=True):
+    for name, (x, y) in zip(paths, starts.tolist(), strict=True):
         if len(paths) <= LARGEST_LEGEND:
-            axes.annotate(name, place, (4, 4), textcoords="offset points", clip_on=True)
+            axes.annotate(name, (x, y), (4, 4), textcoords="offset points", clip_on=True)
     axes.scatter(starts[:, 0], starts[:, 1], s=60, c="k", marker="*", zorder=5, label="ASV")
 
 

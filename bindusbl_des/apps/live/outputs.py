@@ -184,7 +184,8 @@ def asked(text: str, vehicles: Sequence[str]) -> AskedOutput:
         wrong = f"{form} does not go to {sink}" if sink in SINKS else f"there is no sink {sink!r}"
         spelt = ", ".join(f"{form}:{SINKS[name]}" for name in FORMATS[form].sinks)
         raise ValueError(f"{text}: {wrong}; write {spelt}")
-    return AskedOutput(text, form, chosen(named, vehicles, text), sink, where)
+    only = chosen(named or ("ASV0" if form in WIRED else ""), vehicles, text)
+    return AskedOutput(text, form, only, sink, where)
 
 
 def makes_of(texts: Sequence[str]) -> str | None:
@@ -203,12 +204,10 @@ def makes_of(texts: Sequence[str]) -> str | None:
 
 
 def each(wanted: AskedOutput) -> list[AskedOutput]:
-    """Return an output, that of modems for each vehicle (ASV0 where none is named): ports count on
-    from the one that is given.
-    """
+    """Return an output, that of modems for each vehicle: ports count on from the given one."""
     if wanted.format not in WIRED:
         return [wanted]
-    given = [wanted._replace(only=(vehicle,)) for vehicle in wanted.only or ("ASV0",)]
+    given = [wanted._replace(only=(vehicle,)) for vehicle in wanted.only]
     if wanted.sink != "tcp":
         return given
     first = _port(wanted.where, wanted.text)
