@@ -1,7 +1,9 @@
 """Ways round land: on the water, the shortest, and lanes that end before land, in drawn bays."""
 
 import itertools
+import json
 import math
+from pathlib import Path
 
 import networkx as nx
 import numpy as np
@@ -129,6 +131,39 @@ def test_ways_round_land_are_the_shortest(seeds: range) -> None:
         assert way < 1.01 * best + 2.0 * math.pi + 4.0, seed  # and a turn of the vehicle
         assert way > 0.97 * best - 6.0, seed
     assert sought > 0.8 * len(seeds)
+
+
+def test_a_single_vessel_lies_on_the_water_nearest_to_the_middle() -> None:
+    """Nobody asked for a place on the island: one that is asked for there is a mistake."""
+    isle = [[-20.0, -10.0], [20.0, -10.0], [20.0, 12.0], [-20.0, 12.0]]
+
+    def station(survey: dict[str, object]) -> tuple[float, float]:
+        [place] = Setup(Scenario(name="isle", survey=survey, asvs={"count": 1})).stations_m
+        return place
+
+    assert station({"keep_out": [isle]}) == station({"land": [isle]})
+    assert station({"land": [isle]}) == pytest.approx((0.0, -11.0))
+    assert station({"land": [[[30.0, 30.0], [40.0, 30.0], [40.0, 40.0]]]}) == (0.0, 0.0)
+
+
+def test_a_chart_of_all_has_the_area_as_well(tmp_path: Path) -> None:
+    """Of land's chart the polygon that is surveyed is no land; one that is nothing else is."""
+    rings = {"bay": (0.0, 0.01), "isle": (0.004, 0.005)}
+    features = [
+        {"type": "Feature", "properties": {"name": name}, "geometry": {"type": "Polygon",
+         "coordinates": [[[a, a], [b, a], [b, b], [a, b], [a, a]]]}}
+        for name, (a, b) in rings.items()
+    ]  # fmt: skip
+    for file, some in (("all.geojson", features), ("bay.geojson", features[:1])):
+        (tmp_path / file).write_text(json.dumps({"type": "FeatureCollection", "features": some}))
+    file = str(tmp_path / "all.geojson")
+    survey = {"area": file, "area_name": "bay", "keep_out": file}
+    setup = Setup(Scenario(name="bay", survey=survey, asvs={"count": 1}, auvs={"count": 1}))
+    assert len(setup.scenario.survey.charted("keep_out")) == 1
+    assert setup.area.square_m == pytest.approx(0.99 * 1113.0 * 1106.0, rel=2e-3)
+    covered = str(tmp_path / "bay.geojson")
+    with pytest.raises(ValueError, match=r"survey.land: .* cover all of it"):
+        Scenario(name="bay", survey={"area": covered, "land": covered})
 
 
 def test_places_where_nobody_lies_are_mistakes() -> None:

@@ -1,6 +1,7 @@
 """Plans whose goals hold where any vessels are lost, from the start on or halfway."""
 
 import json
+from html import unescape
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -83,6 +84,58 @@ def test_what_survives_is_told_in_sentence_record_and_page() -> None:
         (it["simulated"] or {"missions": 0})["missions"] * (1 + 2 * it["asvs"])
         for it in record["candidates"]
     ) + max(it["missions"] for it in record["sensitivity"])  # as planned, beside doubts
+
+
+@pytest.mark.usefixtures("by_hand")
+def test_sentence_page_record_and_sheet_agree_on_what_survives() -> None:
+    """Vessels, means, intervals, goals, price and doubts, in the words of each."""
+    pypdf = pytest.importorskip("pypdf")
+    place = {"origin": {"lat_deg": -36.83, "lon_deg": 174.9}}
+    base = {**BASE.model_dump(mode="json", exclude_unset=True), "environment": place}
+    Path("bay.yaml").write_text(json.dumps(base))
+    goal = {"metric": "position_error_m", "below": 1.0}
+    asked = {"scenario": "bay.yaml", "goal": goal, "candidates": VARY, "survive": 1}
+    Path("plan.yaml").write_text(json.dumps({**asked, "cost": {"asv": 25000}}))
+    found = plan("plan.yaml", "b")
+    record = found.record
+    chosen = record["candidates"][record["chosen"]]
+    reached = [
+        f"{mean:.3f} m (95 % interval {low:.3f} to {high:.3f})"
+        for mean, low, high in zip(
+            *map(chosen["simulated"].get, ("mean", "low", "high")), strict=True
+        )
+    ]
+    assert call("export", "b", "--to", "pdf").exit_code == 0
+    page = (found.folder / "plan.html").read_text(encoding="utf-8")
+    [leaf] = pypdf.PdfReader(found.folder / "plan.pdf").pages
+    told = {"sentence": found.summary(), "page": unescape(page), "sheet": leaf.extract_text()}
+    plain = {where: " ".join(text.split()) for where, text in told.items()}
+    for where, text in plain.items():
+        assert all(one in text for one in reached), where
+        for place in chosen["places"]:
+            assert f"{-place['lat_deg']:.6f} S, {place['lon_deg']:.6f} E" in text, where
+        for case in record["sensitivity"]:
+            assert case["known"] or case["told"] in text, where
+    assert "cost 100,000" in plain["sentence"]
+    assert "cost 100,000" in plain["page"]
+    goals = (
+        "Goal for the worst AUV: mean position error below 1.00 m; Goal for the worst AUV: mean "
+        "position error, with any vessel lost below 1.00 m"
+    )
+    assert goals in plain["page"]
+    assert goals in plain["sheet"]
+    assert plain["sheet"].count("4 vessels") == 1
+
+
+@pytest.mark.usefixtures("by_hand")
+def test_what_would_help_the_whole_team_is_no_remedy_of_its_losses() -> None:
+    """Two ASVs keep 1 m, and do not if one is lost: nothing is predicted to mend that."""
+    record = made("b", survive=1, vary={**VARY, "asvs.count": [2]}).record
+    assert record["answer"] is None
+    assert record["binding"]
+    assert record["would"].startswith("The nearest is 2 ASVs")
+    assert "would help" not in record["would"]
+    assert "It is predicted to meet the goal" not in record["would"]
 
 
 @pytest.mark.usefixtures("by_hand")

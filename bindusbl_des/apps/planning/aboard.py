@@ -9,7 +9,7 @@ from ...support.wording import counted, timed
 from .answer_text import located, where_texts
 from .doubting import by_surprise
 from .folder import DrawnTeam
-from .plan_page import condition, goal_text, interval, parted, units, verdict, worded
+from .plan_page import condition, goal_text, interval, of_goal, parted, verdict, worded
 
 Record = Mapping[str, Any]
 
@@ -46,7 +46,7 @@ def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[st
     setup = Setup.of(team.scenario)
     [middle] = setup.on_earth([(0.0, 0.0)])
     lanes = planned_lanes(setup)
-    goals = [{**goal, **units(goal["metric"])} for goal in team.goals]
+    goals = [{**goal, **of_goal(goal)} for goal in team.goals]
     paragraphs = [plain_words(team), *_fleet(setup)]
     places, doubts = _places(team, setup, lanes), _doubts(team.doubts, goals)
     room = room_for(paragraphs, 2)

@@ -236,13 +236,16 @@ def remedy_text(outcome: Outcome) -> str | None:
     nearest, goals = outcome.ranked[0], outcome.question.goals
     estimates = outcome.selection.estimates[nearest]
     pairs = zip(goals, estimates, strict=True)
-    if all(excess(goal, estimate.mean) <= 0 for goal, estimate in pairs):
+    missed = [goal for goal, estimate in pairs if excess(goal, estimate.mean) > 0]
+    if not missed:
         return None
     first = f"The nearest is {_priced(outcome, nearest)}: {reached(goals, estimates)}."
-    helping = [relief.told for relief in outcome.reliefs if relief.meets]
+    # reliefs are of the whole team
+    reliefs = [] if any(goal.lost for goal in missed) else outcome.reliefs
+    helping = [relief.told for relief in reliefs if relief.meets]
     if helping:
         return f"{first} It is predicted to meet the goal with: {'; '.join(helping)}."
-    most = [f"Most would help {relief.told}." for relief in outcome.reliefs[:1]]
+    most = [f"Most would help {relief.told}." for relief in reliefs[:1]]
     return " ".join(filter(None, [first, outcome.further, *most]))
 
 

@@ -183,7 +183,8 @@ class Team:
         elif (positions := keys.get(POSITIONS)) is not None:
             places = " at " + ", ".join(f"({x + 0.0:g}, {y + 0.0:g})" for x, y in positions)
         elif self.asvs == 1 and formation.moored is not None and not formation.moored.is_placed:
-            places = " in the middle"
+            is_there = self.setup.stations_m == (self.setup.area.centroid,)
+            places = " in the middle" if is_there else " by the land in the middle"
         elif self.asvs > 1 and (radius := keys.get(RADIUS)) is not None:
             places = f" on a ring of {radius:g} m, the first at {keys.get(ANGLE) or 0:g} deg"
         chosen = [

@@ -729,8 +729,12 @@ class Site(Facts):
         return any(recording.lacks_depths for recording in found)
 
     def _ring(self, radius: float, angle_rad: float) -> Stations:
-        """Return the stations of a regular formation about the centroid of the survey."""
+        """Return the stations of a regular formation about the centroid of the survey; a single ASV
+        lies there, or on the open water nearest to it.
+        """
         places, (x, y) = vertices(self.scenario.asvs.count, radius, angle_rad), self.area.centroid
+        if len(places) == 1 and self.closed is not None:
+            return (self.closed.afloat((x, y)),)
         if (x, y) == (0.0, 0.0):
             return tuple(places)
         return tuple((x + north, y + east) for north, east in places)

@@ -113,6 +113,10 @@ class Survey(Part):
         keys = {name: getattr(self, name) for name in ("crs", "area_name", *CHARTS)}
         files = [name for name in CHARTS if isinstance(keys[name], str)]
         charted = {name: _read(name, keys[name], keys) for name in files}
+        for name in {*files} - {"area"}:  # a chart with several polygons has the area as well
+            own = charted.get("area", ())
+            others = [polygon for polygon in charted[name] if polygon not in own]
+            charted[name] = tuple(others) or charted[name]
         if self.area is None and self.polygon_deg is not None:
             charted["area"] = ((self.polygon_deg,),)
         self._charted = charted
