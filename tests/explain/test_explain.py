@@ -51,6 +51,23 @@ def test_who_is_near_hears_and_who_is_far_does_not() -> None:
     assert [it.time_s for it in chain.steps] == sorted(it.time_s for it in chain.steps)
 
 
+def test_acknowledgements_of_a_ping_are_told_with_what_became_of_them() -> None:
+    """ASV1, in its turn, has heard ASV0 say so, and keeps quiet."""
+    access = {"model": "aloha", "acknowledgement_bytes": 2}
+    asked = {"access": access, "frame_s": 2.0}
+    result = simulate(around((0.0, 0.0), (3.0, 0.0), protocol=asked, duration_s=30.0))
+    ping, signal = (result.tables[name].iloc[0] for name in ("pings", "signals"))
+    [told] = [it for it in chain_of_ping(result, 0).steps if "'acknowledgement'" in it.what]
+    assert (told.who, told.time_s) == ("ASV0", signal.sent_at_s)
+    assert told.what == "sends 'acknowledgement' to AUV0, 16.0 ms"
+    way = np.hypot(20.0, 10.0) / 1500.0
+    assert told.time_s == pytest.approx(ping.sent_at_s + 0.01 + way)
+    assert told.why == f"AUV0 decodes it by {told.time_s + way + 0.016:.4f} s"
+    for number in range(len(result.tables["pings"])):
+        steps = [it for it in chain_of_ping(result, number).steps if "'acknowl" in it.what]
+        assert len(steps) == 1, number
+
+
 def test_a_slant_range_is_compared_as_such() -> None:
     """With range_metric slant the way itself counts."""
     hf = {"range_m": 22.0, "range_metric": "slant"}

@@ -8,7 +8,7 @@ from .chain import UNREACHED, Chain, LatencyPart, Step, failed, known, row_of, r
 from .correcting import arriving
 from .delivering import broadcasting, fixing, forwarding, latency, why_missed
 from .hearing import is_sent, receptions, why_unanswered
-from .sending import beaconing, sending
+from .sending import acknowledged, beaconing, sending
 
 if TYPE_CHECKING:
     from ...core.results.result import Result
@@ -55,7 +55,7 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
         steps += [of(result, fix) for fix in fixes for of in (fixing, arriving)]
         outcome, words = _shared(result, ping, fixes)
         return Chain(number, None, None, outcome, words, _in_order(steps), (), ping.asv)
-    steps = [*sending(result, ping), *receptions(result, ping)]
+    steps = [*sending(result, ping), *receptions(result, ping), *acknowledged(result, ping)]
     if not fixes:
         outcome, words = _without_fix(result, ping)
         return Chain(number, ping.auv, None, outcome, words, _in_order(steps))

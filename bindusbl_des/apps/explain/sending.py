@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from ...core.results.result import Result
 
 
+# The kind of signal by which programs with `acknowledgement_bytes` acknowledge a ping.
+ACKNOWLEDGEMENT = "acknowledgement"
+
+
 def sending(result: "Result", ping: Any) -> Iterator[Step]:
     """Yield the round, the call where there is one, and the ping."""
     protocol, row = result.scenario.protocol, row_of(result, "rounds", "round", ping["round"])
@@ -246,6 +250,30 @@ def _signals(result: "Result", ping: Any) -> Iterator[str]:
         yield (
             f"{signal.sent_at_s:.4f} s: {signal.sender} sends {signal.kind!r}{to}, {lasts:.1f} ms"
         )
+
+
+def acknowledged(result: "Result", ping: Any) -> Iterator[Step]:
+    """Yield the acknowledgements that an AUV was sent from the end of a ping to its next one, and
+    what became of each there; that may be one of an earlier ping, which came late.
+    """
+    if "signals" not in result.tables or not is_sent(ping):
+        return
+    pings, signals = result.tables["pings"], result.tables["signals"]
+    later = pings.sent_at_s[(pings.auv == ping.auv) & (pings.sent_at_s > ping.sent_at_s)].min()
+    since = ping.sent_at_s + result.scenario.acoustics.hf.ping_s
+    told = rows_where(signals, kind=ACKNOWLEDGEMENT, to=ping.auv)
+    told = told[(told.sent_at_s >= since) & ~(told.sent_at_s >= later)]
+    for signal in told.itertuples():
+        met = rows_where(
+            result.tables["signal_receptions"], signal=signal.signal, listener=ping.auv
+        )
+        outcome = met.outcome.iloc[0] if len(met) else "out_of_range"
+        became = f"{ping.auv} does not decode it: {outcome.replace('_', ' ')}"
+        if outcome == "heard":
+            ends = float(met.arrived_at_s.iloc[0]) + signal.lasts_s
+            became = f"{ping.auv} decodes it by {ends:.4f} s"
+        what = f"sends {ACKNOWLEDGEMENT!r} to {ping.auv}, {1e3 * signal.lasts_s:.1f} ms"
+        yield Step(signal.sent_at_s, str(signal.sender), what, became, {"outcome": outcome})
 
 
 def _others_on_air(result: "Result", ping: Any) -> str:
