@@ -42,7 +42,7 @@ reference = importlib.import_module("make_reference").reference
 MANUAL = (
     "index.md", "tutorial.md", "tutorial_real_plan.md", "python.md", "model.md", "navigation.md",
     "replay.md", "live.md", "modems.md", "instruments.md", "acoustics.md", "surveys.md",
-    "planning.md", "protocols.md",
+    "planning.md", "protocols.md", "tutorial_island.md",
     "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
 PICTURES = (".png", ".svg")
