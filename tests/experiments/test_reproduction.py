@@ -132,7 +132,15 @@ def test_experiment_files_say_what_they_make(path: Path) -> None:
 
 def test_every_experiment_file_is_run() -> None:
     """The catalogue and the folder hold the same experiments, but for what is not the paper's."""
-    ours = {"navigators", "moving_anchors", "knowledge", "peers", "protocols", "protocols_large"}
+    ours = {
+        "navigators",
+        "moving_anchors",
+        "placements",
+        "knowledge",
+        "peers",
+        "protocols",
+        "protocols_large",
+    }
     assert {entry.name for entry in campaigns.CATALOGUE} | ours == {it.stem for it in EXPERIMENTS}
 
 
