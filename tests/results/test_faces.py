@@ -107,7 +107,7 @@ def test_a_path_gives_no_leave_to_run_code(tmp_path: Path, monkeypatch: pytest.M
     [
         ({"asv": {"count": 2}}, "asv\n  unknown key; did you mean 'asvs'?"),
         ({"asvs": {"cuont": 2}}, "asvs.cuont\n  unknown key; did you mean 'count'?"),
-        ({"asvs": {"count": 0}}, "asvs.count\n  must be >= 1 and <= 10000; got 0"),
+        ({"asvs": {"count": -1}}, "asvs.count\n  must be >= 0 and <= 10000; got -1"),
         ({"asvs": 3}, "asvs\n  needs keys and values (count, vehicle, failures, ...); got 3"),
         ({"auvs": {"route": {"kind": "hodl"}}}, "auvs.route.kind\n  must be one of lawnmower"),
         ({"acoustics": {"loss": {"law": "papr"}}}, "the text 'papr'; did you mean 'paper'?"),

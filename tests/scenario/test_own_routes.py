@@ -232,8 +232,8 @@ def test_what_is_no_plan_fails_the_run(home: Path, key: str, name: str, said: st
         ("{model: ring, positions_m: [[0, 0]]}", "model: ring excludes positions_m; remove it"),
         (
             "{model: rng}",
-            "model: must be one of ring, positions, follow, assign, zigzag, track, module:object; "
-            "got the text",
+            "model: must be one of ring, positions, follow, assign, zigzag, visit, information, "
+            "track, module:object; got the text",
         ),
         ("{kind: 'a:b'}", "kind: unknown key; asvs.formation is chosen by its `model`"),
         ("{model: ring, angel_deg: 3}", "angel_deg: unknown key; did you mean 'angle_deg'?"),

@@ -3,12 +3,15 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
-from ...support.arrays import Floats
 from ...support.mistakes import Problem
 from ...support.wording import timed
+
+if TYPE_CHECKING:
+    from ...support.arrays import Floats
 
 # A warning names at most so many vehicles.
 MOST_NAMED = 5

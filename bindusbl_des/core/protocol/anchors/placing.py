@@ -172,11 +172,11 @@ def _shipped(placement: Placed, site: Site, errors: Callable[[], information.Fix
     match placement:
         case Follow(horizon_s=horizon, hysteresis=share, within_m=within):
             return follow.FollowPlacement(horizon_s=horizon, hysteresis=share, within_m=within)
-        case Information(horizon_s=horizon, hysteresis=share, criterion=criterion):
+        case Information(lookahead_s=horizon, hysteresis=share, criterion=criterion):
             return information.InformationPlacement(
                 errors(), horizon_s=horizon, hysteresis=share, criterion=criterion
             )
-        case Visit(hysteresis=share, within_m=within, dwell_s=dwell, replan_s=replan):
+        case Visit(hysteresis=share, near_m=within, dwell_s=dwell, replan_s=replan):
             within = site.horizontal_reach_m / 2.0 if within is None else within
             return visit.VisitPlacement(
                 within_m=within, dwell_s=dwell, hysteresis=share, replan_s=replan

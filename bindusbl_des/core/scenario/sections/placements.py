@@ -183,7 +183,7 @@ class Visit(Grouped):
 
     MODEL = "visit"
     model: Literal["visit"] = "visit"
-    within_m: Real | None = key(
+    near_m: Real | None = key(
         None,
         "m",
         "an ASV rests while the AUV that it visits is believed within this distance; null = half "
@@ -201,7 +201,7 @@ class Information(Grouped):
 
     MODEL, MOST_AUVS = "information", 100
     model: Literal["information"] = "information"
-    horizon_s: Real = key(
+    lookahead_s: Real = key(
         30.0, "s", "how long ahead the errors of AUVs are expected", OURS, ge=1, le=1e6
     )
     criterion: Literal["trace", "determinant"] = key(
