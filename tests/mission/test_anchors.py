@@ -459,6 +459,15 @@ def test_one_informed_vessel_serves_a_fleet_wider_than_its_range() -> None:
     assert worst["information"] < 0.6 * worst["follow"]
 
 
+def test_a_slow_vessel_moves_for_information_too() -> None:
+    """One that makes 3 m within its horizon goes to the AUV that it will hear, not to the first."""
+    places = [[-300.0, 0.0], [52.0, 0.0]]
+    away = {"count": 2, "route": {"kind": "hold", "positions_m": places}}
+    slow = {"speed_m_per_s": 0.1, "hysteresis": 0.0, "start_m": [[0.0, 0.0]]}
+    mission = moving("information", 1, slow, auvs=away, acoustics={"hf": {"range_m": 50.0}})
+    assert way_of(simulate(mission, 1), "ASV0").x_m.max() > 1.0
+
+
 def test_a_vessel_rests_while_its_auv_is_within_its_region() -> None:
     """An AUV passes at 1 m/s; a vessel that follows within 30 m goes on when it has left, only."""
     way = {"kind": "waypoints", "points_m": [[[-55.0, 0.0], [55.0, 0.0]]]}

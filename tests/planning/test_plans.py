@@ -474,7 +474,8 @@ def test_vessels_that_follow_are_candidates(
     assert load_scenario("team/best.yaml").asvs.formation.moves
     lost = [it["told"] for it in found.record["sensitivity"] if "lost" in it["told"]]
     assert lost == ["ASV0 lost halfway, from then on"]
-    assert "follow" in Path("team/plan.html").read_text()
+    page = Path("team/plan.html").read_text()
+    assert "Nothing is predicted of this team. Drawn are its ways in the mission of seed" in page
     on_earth = ("environment.origin={lat_deg: 43.9, lon_deg: 15.4}",)
     moving = load_scenario("team/best.yaml", overrides=on_earth)
     assert not any(it.name.startswith("ASV") for it in planned(Setup(moving)))

@@ -46,11 +46,10 @@ STEPS, TRIED = 8, 256
 # ASVs choose in turn so often at most; a search begins with this share of what one can travel and
 # ends at so many metres.
 TURNS, FIRST_STEP, LEAST_STEP_M = 4, 0.0625, 0.5
-# Distances (m) at which errors of fixes are tabulated
-TABULATED = 64
+# Distances at which errors of fixes are tabulated, up to the reach, or to this (m)
+TABULATED, LEAST_REACH_M = 64, 1e-3
 # No estimate is surer than this (m2): divisions stay finite.
 SUREST_M2 = 1e-6
-
 
 # Positions evenly over a circle of radius 1 (Vogel's spiral), and eight directions
 _NUMBERS = np.arange(TRIED) + 0.5
@@ -77,9 +76,9 @@ def fix_errors(usbl: Usbl, loss: LossTerms, depths: Floats, reach: float) -> Fix
     table = np.empty((len(depths), len(away), 3))
     for auv, depth in enumerate(depths.tolist()):
         table[auv, :, 0] = 1.0 - loss.over(np.hypot(away, depth))
-        sheet_snr = np.full(len(away), np.nan)
-        table[auv, :, 1:] = variances(away, depth, sheet_snr, -1.0, False, *usbl.packed)[:, :2]
-    return FixErrors(reach / TABULATED, table)
+        unknown_snr = np.full(len(away), np.nan)
+        table[auv, :, 1:] = variances(away, depth, unknown_snr, -1.0, False, *usbl.packed)[:, :2]
+    return FixErrors(max(reach, LEAST_REACH_M) / TABULATED, table)
 
 
 class Outlook(NamedTuple):
@@ -178,7 +177,8 @@ def _searched(
             others = np.delete(best, vessel, axis=0), np.delete(here, vessel, axis=0)
             told = _told(*others, speed, outlook, errors)
             asked = origin, speed, outlook, errors, told, by_trace
-            tried, step = _tried(best[vessel], origin, far, outlook.courses[-1]), FIRST_STEP * far
+            tried = _tried(best[vessel], origin, far, outlook.courses[-1])
+            step = max(FIRST_STEP * far, LEAST_STEP_M)
             while step >= LEAST_STEP_M:
                 found = _costs(tried, *asked)
                 lowest = int(found.argmin())

@@ -24,7 +24,7 @@ class VisitPlacement:
         self._within, self._dwell, self._replan = within_m, dwell_s, replan_s
         self._hysteresis, self._groups = hysteresis, VesselGroups(hysteresis)
         self._visited: dict[int, int] = {}  # by ASV
-        self._near_since: dict[int, float] = {}  # by ASV (s), while it has been near
+        self._near_since: dict[int, float] = {}  # by ASV: when (s) it first was near
 
     def targets(self, view: AnchorView) -> Floats:
         """Return where ASVs are to go (m, 2), m; an ASV without AUVs keeps its target."""
