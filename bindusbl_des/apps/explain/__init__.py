@@ -1,14 +1,14 @@
-"""The causal chain of one ping or fix, told from the result tables.
+"""The causal chain of one ping or fix, explained from the result tables.
 
-Every reason was recorded where it was decided: column `why` says by which rule a signal was not
-decoded, `overlapped_by` by what, `call_why` why a call failed, `assignments` who knew which slot.
-Here these are put in the order of time, and in words with their numbers.  Nothing is drawn or
-searched again.
+The mission records each reason where it decides: column `why` names the rule by which a signal was
+not decoded, `overlapped_by` the interfering signal, `call_why` why a call failed, `assignments`
+which AUV knew which slot.  This room sorts the records by time and words them with their numbers;
+it draws and decides nothing again.
 
-What is worked out from tracks is how far vehicles were apart, and what a fix changed of an error:
-the estimate is known at rows of the track alone, so that is told only where the fix came alone
-between two of them.  A folder of an older version, without a reason, is told as one that does not
-say.  The parts of a latency add up to it, as they are and as they are printed.
+Two things are computed from tracks: distances between vehicles, and the error of an estimate before
+and after a fix, which is given only if no other fix came between the same two rows.  If a folder of
+an older version lacks a reason, the text says so.  The parts of a latency add up to it, also as
+printed.
 """
 
 from .chain import Chain, Step

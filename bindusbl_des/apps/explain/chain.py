@@ -1,6 +1,4 @@
-"""What a causal chain is made of: steps, each with its instant and the rule that decided it; and
-how rows of the tables are found and compared.
-"""
+"""Steps of a causal chain, each with its instant and its rule; search in the rows of tables."""
 
 import math
 import textwrap
@@ -18,24 +16,24 @@ if TYPE_CHECKING:
 
 INDENT = 15
 
-# Outcomes of what never came near: it was too far away, or land was between.
+# Outcomes of signals that never arrived: the listener was out of range, or behind land.
 UNREACHED = ("out_of_range", "blocked")
 
-# A distance this near to a limit (m) is told with all its digits.
+# The most decimals of a distance that is printed beside its limit.
 MOST_DIGITS = 6
 
-# How fast a way changes is told by where both were so long (s) before and after.
+# A range rate is the difference of ranges this long (s) before and after an instant.
 SHIFT_S = 0.25
 
-# Lines of one step, and the numbers that it is told by.
+# The lines of text of one step, and its facts.
 Why = tuple[list[str], dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class Step:
-    """One thing that happened: when (s), to whom, what, by which rules (parted by "; ").
+    """One event of a chain: its instant (s), the vehicle, what happened, by which rules.
 
-    `facts` are the numbers it is told by, named as columns of tables are, with their units.
+    `why` separates rules by "; ".  `facts` maps names, as of table columns with units, to numbers.
     """
 
     time_s: float
@@ -56,7 +54,7 @@ class Step:
 
 @dataclass(frozen=True)
 class LatencyPart:
-    """A part of the latency of a fix: what the time (s) went into."""
+    """One part of the latency of a fix, with its duration (s)."""
 
     name: str
     duration_s: float
@@ -64,10 +62,10 @@ class LatencyPart:
 
 @dataclass(frozen=True)
 class Chain:
-    """What became of one ping: the outcome in words, its steps, and where the latency comes from.
+    """The outcome of one ping, as a word and in words (`told`), its steps, and its latency.
 
-    The parts of the latency add up to it, as they are and as they are printed.  With passive
-    ranging `asv` has pinged, and the chain is that of all AUVs (`auv` None) or of one.
+    `parts` of the latency add up to it, also as printed.  With passive ranging `asv` pinged, and
+    the chain covers all AUVs (`auv` None) or one.
     """
 
     ping: int
@@ -95,7 +93,7 @@ class Chain:
         printed, until = 0.0, 0.0
         for part in self.parts:
             until += part.duration_s
-            # Differences of rounded instants: what is printed adds up as well.
+            # Differences of rounded instants, so that the printed parts add up as well.
             yield f"{round(until, 4) - printed:>12.4f} s  {part.name}"
             printed = round(until, 4)
 
@@ -105,17 +103,17 @@ class Chain:
 
 
 def lines(*words: str) -> str:
-    """Return the reasons of a step as one text, without those that are empty."""
+    """Return the reasons of a step as one text, without empty ones."""
     return "; ".join(filter(None, words))
 
 
 def known(value: Any) -> Any:
-    """Return a value of a table, None where there is none."""
+    """Return a value of a table, or None if it is missing (None or NaN)."""
     return None if value is None or value != value else value
 
 
 def compared(value: float, limit: float) -> str:
-    """Return a distance and its limit (m) with as many digits as show which is larger.
+    """Return a distance and its limit (m) with enough digits to show which is larger.
 
     >>> compared(63.24, 50.0), compared(50.0004, 50.0)
     ('63.2 m > 50 m', '50.0004 m > 50 m')
@@ -128,7 +126,7 @@ def compared(value: float, limit: float) -> str:
 
 
 def apart(band: Any, here: Any, there: Any) -> float:
-    """Return the distance (m) of two places (x, y, z in m) that is compared with a band's range."""
+    """Return the distance (m) of two positions (x, y, z in m) in the metric of a band's range."""
     axes = 3 if band.range_metric == "slant" else 2
     return math.dist(here[:axes], there[:axes])
 
@@ -142,7 +140,7 @@ def rows_where(table: Any, **values: Any) -> Any:
 
 
 def row_of(result: "Result", table: str, key: str, number: int) -> Any:
-    """Return one row of an event table by its number.
+    """Return the row of an event table whose column `key` has this number.
 
     Raises:
         LookupError: when the result holds no events, or no such row.
@@ -158,8 +156,8 @@ def row_of(result: "Result", table: str, key: str, number: int) -> Any:
     return found.astype(object).where(found.notna(), None).iloc[0]
 
 
-def place(result: "Result", vehicle: str, time: float) -> NDArray[np.float64]:
-    """Return where a vehicle was (x, y, z in m) at an instant (s), between rows of its track."""
+def position_at(result: "Result", vehicle: str, time: float) -> NDArray[np.float64]:
+    """Return the position (x, y, z in m) of a vehicle at time (s), interpolated in its track."""
     track = rows_where(result.tables["tracks"], vehicle=vehicle)
     times = track.time_s.to_numpy(float)
     return np.array([np.interp(time, times, track[name].to_numpy(float))
@@ -167,12 +165,10 @@ def place(result: "Result", vehicle: str, time: float) -> NDArray[np.float64]:
 
 
 def too_fast(result: "Result", band: str, ends: tuple[str, str], time: float) -> str:
-    """Tell that the way between two vehicles changed faster at an instant (s) than a band bears,
-    and how fast by their tracks.
-    """
+    """Tell that the range rate of two vehicles at time (s) exceeds a band's Doppler limit."""
     one, other = ends
     begin, end = [
-        math.dist(place(result, one, at), place(result, other, at))
+        math.dist(position_at(result, one, at), position_at(result, other, at))
         for at in (max(time - SHIFT_S, 0.0), time + SHIFT_S)
     ]
     rate = (end - begin) / (time + SHIFT_S - max(time - SHIFT_S, 0.0))
@@ -184,8 +180,8 @@ def too_fast(result: "Result", band: str, ends: tuple[str, str], time: float) ->
 
 
 def behind(result: "Result", auv: str, asv: str, time: float) -> str:
-    """Tell what land was between an AUV and an ASV at an instant (s)."""
-    (x, y), (a, b) = (place(result, name, time)[:2].tolist() for name in (auv, asv))
+    """Tell from where to where (m) land lies on the line from an ASV to an AUV at time (s)."""
+    (x, y), (a, b) = (position_at(result, name, time)[:2].tolist() for name in (auv, asv))
     land, away = result.setup.land, math.dist((x, y), (a, b))
     assert land is not None, "without land nothing is blocked"
     begin, end = land.met((x, y), (a, b))
@@ -195,22 +191,23 @@ def behind(result: "Result", auv: str, asv: str, time: float) -> str:
     )
 
 
-def failed(result: "Result", time: float) -> list[int]:
-    """Return the ASVs that do not work at an instant (s), by number."""
+def failed_asvs(result: "Result", time: float) -> list[int]:
+    """Return the numbers of the ASVs that do not work at time (s)."""
     failures = result.setup.failures
     return [] if failures is None else list(failures.failed(time))
 
 
 def failed_at(result: "Result", asv: str, time: float) -> str:
-    """Return when an ASV failed last before an instant (s), as in "ASV1 failed at 20 s"."""
+    """Return when an ASV last failed before time (s), for instance "failed at 20 s"."""
     failures = result.scenario.asvs.failures
     begun = [each.at_s for each in failures if f"ASV{each.asv}" == asv and each.at_s <= time]
     return f"failed at {max(begun):g} s" if begun else "failed"
 
 
 def lost_in_a_row(band: Any, table: Any, time: float) -> str:
-    """Return in words that losses last (`burst_s`), and since when (s) a pair had lost all its
-    signals as it lost that of an instant (s); its rows of a `table`, in order.
+    """Tell how long losses last, and since when (s) a pair lost all its signals up to time (s).
+
+    `table` holds the receptions of this pair in the order of arrival.
     """
     lasts = f"losses last {band.burst_s:g} s on average (burst_s)"
     before = table[table.arrived_at_s <= time]

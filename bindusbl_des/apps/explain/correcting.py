@@ -1,4 +1,4 @@
-"""What an AUV makes of a fix: gain, gate, and what has changed of its estimate."""
+"""How a fix corrects the estimate of its AUV: innovation, gate, gain, error before and after."""
 
 import math
 from typing import TYPE_CHECKING, Any
@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 
-# Errors (m) that differ by less are the same.
+# Errors that differ by less (m) count as equal.
 SAME_M = 1e-3
 
-# Half the length of the ellipse that holds a normal error in the plane with 95 %, per sd along it.
+# Semi-axis of the 95 % ellipse of a bivariate normal error, per sd along that axis.
 ELLIPSE_SCALE = math.sqrt(-2 * math.log(0.05))
 
 
 def arriving(result: "Result", fix: Any) -> Step:
-    """Return the step at which the AUV has the fix and corrects its estimate."""
+    """Return the step at which the AUV receives the fix and corrects its estimate."""
     before, after = errors_around(result, fix)
     words = ""
     if before is not None and after is not None:
@@ -58,7 +58,7 @@ def _by_gnss(result: "Result", fix: Any) -> Any:
 
 
 def _from_peers(result: "Result", fix: Any) -> str:
-    """Return in words what an AUV had from its peers before a fix."""
+    """Tell which measurement of a peer last corrected the AUV before a fix."""
     earlier = rows_where(result.tables["peer_ranges"], auv=fix.auv)
     earlier = earlier[(earlier.heard_at_s <= fix.delivered_at_s) & earlier.correction_m.notna()]
     if not len(earlier):
@@ -71,7 +71,7 @@ def _from_peers(result: "Result", fix: Any) -> str:
 
 
 def _at_surface(earlier: Any, fix: Any) -> str:
-    """Return in words the GNSS fixes that an AUV had at the surface before a fix."""
+    """Tell which of these GNSS fixes, all `earlier` than a fix, came last."""
     if not len(earlier):
         return "no GNSS fix at the surface before it"
     last = earlier.iloc[-1]
@@ -82,7 +82,7 @@ def _at_surface(earlier: Any, fix: Any) -> str:
 
 
 def _changed(before: float, after: float) -> str:
-    """Return how a length (m) changed, with as many digits as show in which direction.
+    """Return how a length (m) changed, with enough digits to show the direction.
 
     >>> _changed(0.6, 0.45), _changed(0.101, 0.104), _changed(3.7412, 3.7412)
     ('falls from 0.60 to 0.45 m', 'grows from 0.101 to 0.104 m', 'stays at 3.74 m')
@@ -99,13 +99,13 @@ def _smooths(result: "Result") -> bool:
 
 
 def _share(fix: Any) -> float | None:
-    """Return the gain: which share of the innovation moved the estimate, both as lengths."""
+    """Return the gain: the length of the correction over that of the innovation."""
     moved, innovation = known(fix.correction_m), known(fix.innovation_m)
     return moved / innovation if moved is not None and innovation else None
 
 
 def _compared(result: "Result", fix: Any) -> str:
-    """Return in words how far a fix is from the estimate, and from that of when."""
+    """Tell the innovation of a fix, and to which instant the compared estimate belongs."""
     innovation, navigation = known(fix.innovation_m), result.scenario.navigation
     if innovation is None:
         return ""
@@ -116,13 +116,13 @@ def _compared(result: "Result", fix: Any) -> str:
 
 
 def _gate(result: "Result") -> float | None:
-    """Return the NIS above which the filter refuses fixes; None where it is not by nis_gate."""
+    """Return the NIS above which the filter refuses fixes; None if `nis_gate` does not decide."""
     navigation = result.scenario.navigation
     return navigation.nis_gate if navigation.weighs and not navigation.filter.is_own else None
 
 
 def _gated(result: "Result", fix: Any) -> str:
-    """Return in words whether the gate let a fix pass, empty where it did not come to that."""
+    """Tell whether the gate accepted a fix; "" if the fix never reached the gate."""
     navigation, navigator = result.scenario.navigation, result.setup.navigator
     square, gate = known(fix.nis), _gate(result)
     if navigator.has_gain and known(fix.innovation_m) is not None:
@@ -144,7 +144,7 @@ def _gated(result: "Result", fix: Any) -> str:
 
 
 def _refused_before(result: "Result", fix: Any) -> int:
-    """Return how many fixes in a row, by sound or by GNSS, the AUV refused before one."""
+    """Return how many fixes, acoustic or GNSS, the AUV refused in a row before this one."""
     own = rows_where(result.tables["fixes"], auv=fix.auv)
     own = own[own.innovation_m.notna()]
     came = list(own[["delivered_at_s", "correction_m"]].itertuples(index=False, name=None))
@@ -158,7 +158,7 @@ def _refused_before(result: "Result", fix: Any) -> int:
 
 
 def _moved(result: "Result", fix: Any) -> str:
-    """Return in words by which gain a fix moved the estimate, or why it did not."""
+    """Tell by which gain a fix moved the estimate, or why it did not."""
     navigation, moved = result.scenario.navigation, known(fix.correction_m)
     if result.setup.navigator.ignores_fixes:
         return "dead reckoning alone takes no fix in"
@@ -177,13 +177,12 @@ def _moved(result: "Result", fix: Any) -> str:
 
 
 def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
-    """Return the horizontal errors (m) just before and after a correction.
+    """Return the horizontal errors (m) of the estimate just before and after a correction.
 
-    The drift at that instant is interpolated between the rows of the track around it, the
-    corrections before and after are the rows' own, carried there as they go on changing without a
-    fix (a filter that has learnt a bias); none where another fix came between the rows, or where
-    they differ by more than the estimate was moved: a filter that has just learnt much goes on
-    changing otherwise.
+    The drift is interpolated between the two rows of the track around the fix.  The correction of
+    each row is extrapolated to that instant, since a filter that estimates a bias changes it
+    without a fix. Both are None if another fix came between the rows, or if they differ by more
+    than the fix moved the estimate, so that the extrapolation failed.
     """
     around = _rows_around(result, fix)
     if around is None:
@@ -208,10 +207,10 @@ def errors_around(result: "Result", fix: Any) -> tuple[float | None, float | Non
 
 
 def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | None]:
-    """Return half the length (m) of the AUV's 95 % ellipse before and after a correction.
+    """Return the semi-major axes (m) of the AUV's 95 % ellipse before and after a correction.
 
-    As in the rows of the track around it; none where another fix came between them, or where the
-    fix changed nothing.
+    They come from the two rows of the track around it; None if another fix came between these rows,
+    or if the fix changed nothing.
     """
     around = _rows_around(result, fix) if known(fix.correction_m) else None
     if around is None:
@@ -225,12 +224,11 @@ def ellipses_around(result: "Result", fix: Any) -> tuple[float | None, float | N
 
 
 def _rows_around(result: "Result", fix: Any) -> tuple[Any, Array, Array, int] | None:
-    """Return an AUV's track and its instants (s), how many fixes came from row to row, and the row
-    before a correction; None where the correction does not lie alone between two rows, or estimates
-    are smoothed.
+    """Return an AUV's track, its instants (s), the number of fixes in each interval, and the row
+    before a correction; None if another fix came in that interval, or if estimates are smoothed.
     """
     if _smooths(result):
-        return None  # its estimates know of the fix before it came
+        return None  # smoothed estimates contain the fix before it came
     track = rows_where(result.tables["tracks"], vehicle=fix.auv)
     times = track.time_s.to_numpy(float)
     last = int(np.searchsorted(times, fix.delivered_at_s, side="left")) - 1
@@ -250,13 +248,13 @@ def _rates(
     came: Array,
     last: int,
 ) -> tuple[Array, Array] | None:
-    """Return how fast corrections (n, 2), m, change without a fix, before row `last` and after it.
+    """Return the rates (m/s) at which corrections (n, 2; m) change without a fix, before and after.
 
-    Each is the rate (m/s) in the nearest interval between rows in which no fix `came`; None where
-    there is no such interval.
+    Each belongs to the interval without a fix (`came` 0) that is nearest to row `last`, on its
+    side; None without such intervals.
     """
     navigator = result.setup.navigator
-    if navigator.has_gain or navigator.ignores_fixes:  # what is believed of biases stays
+    if navigator.has_gain or navigator.ignores_fixes:  # these navigators estimate no bias
         return np.zeros(2), np.zeros(2)
     quiet = np.flatnonzero(came == 0)
     before, after = quiet[quiet < last], quiet[quiet > last]

@@ -1,4 +1,4 @@
-"""The way down: what a fix is made of, who broadcasts it and why, and when it arrives."""
+"""The downlink: how a fix is made, which ASV broadcasts it and why, and when it arrives."""
 
 import math
 from collections.abc import Iterator
@@ -15,12 +15,12 @@ from .chain import (
     apart,
     behind,
     compared,
-    failed,
+    failed_asvs,
     failed_at,
     known,
     lines,
     lost_in_a_row,
-    place,
+    position_at,
     row_of,
     rows_where,
     too_fast,
@@ -29,14 +29,14 @@ from .chain import (
 if TYPE_CHECKING:
     from ...core.results.result import Result
 
-# Instants (s) that differ by less are one.
+# Instants that differ by less (s) count as equal.
 SAME = 1e-9
 
 
 def known_at(result: "Result", fix: Any) -> float:
-    """Return when the fleet knows a fix (s): once its ping has passed every ASV in range.
+    """Return when the fleet has a fix (s): after its ping has passed every ASV in range.
 
-    Who replies directly knows it when the reply sets out.
+    An ASV that replies directly has it when its reply begins.
     """
     if result.setup.downlink.replies:
         return float(fix.broadcast_at_s)
@@ -46,7 +46,7 @@ def known_at(result: "Result", fix: Any) -> float:
 
 
 def fixing(result: "Result", fix: Any) -> Step:
-    """Return the step at which receptions become a fix, of the fleet or of an AUV by itself."""
+    """Return the step at which receptions become a fix, by the fleet or by the AUV itself."""
     asvs = fix.asvs.split()
     words, facts = _wrong(result, fix)
     located = f"x {plus_minus(fix.x_m, fix.sd_x_m)}, y {plus_minus(fix.y_m, fix.sd_y_m)} m"
@@ -67,7 +67,7 @@ def fixing(result: "Result", fix: Any) -> Step:
 
 
 def _wrong(result: "Result", fix: Any) -> tuple[list[str], dict[str, Any]]:
-    """Return in words, and as numbers, what was wrong all the time as a fix was measured."""
+    """Return the systematic errors in the measurements of a fix, in words and as numbers."""
     met = rows_where(result.tables["receptions"], ping=fix.ping, auv=fix.auv)
     heard = met[met.asv.isin(fix.asvs.split())]
     passive, setup = result.scenario.protocol.asvs_ping, result.setup
@@ -110,16 +110,14 @@ def frame_of(result: "Result", fix: Any) -> Any:
 
 
 def carrier_of(result: "Result", fix: Any) -> Any:
-    """Return the row of the frame by which a fix came: of those in which it was broadcast, where it
-    was repeated.
-    """
+    """Return the row of the frame that delivered a fix: one of several if it was repeated."""
     if (came_in := known(fix.get("came_in"))) is None:
         return frame_of(result, fix)
     return result.tables["broadcasts"].iloc[int(came_in)]
 
 
 def relay_of(result: "Result", fix: Any) -> Any:
-    """Return the row of the frame of an AUV by which a fix came; None where its ASV sent it."""
+    """Return the row of the AUV's frame that relayed a fix; None if its ASV sent it."""
     by = known(fix.get("relayed_by"))
     if by is None:
         return None
@@ -128,9 +126,7 @@ def relay_of(result: "Result", fix: Any) -> Any:
 
 
 def forwarding(result: "Result", fix: Any) -> Iterator[Step]:
-    """Yield how a fix came that did not come in the frame that carried it first, from its ASV; and
-    since when the fleet knows that its AUV has it.
-    """
+    """Yield the steps of a fix after its first broadcast: repeats, relays, acknowledgement."""
     protocol, frame = result.scenario.protocol, carrier_of(result, fix)
     if known(fix.get("came_in")) is not None and frame.sent_at_s > fix.broadcast_at_s:
         times = int(fix.repeats)
@@ -159,7 +155,7 @@ def forwarding(result: "Result", fix: Any) -> Iterator[Step]:
 
 
 def broadcasting(result: "Result", fix: Any) -> Step:
-    """Return the step at which an ASV broadcasts a fix: why then, why this ASV, who is in range."""
+    """Return the step at which an ASV broadcasts a fix: why now, why this ASV, in which range."""
     frame, protocol = frame_of(result, fix), result.scenario.protocol
     facts = {
         "waited_s": fix.broadcast_at_s - known_at(result, fix),
@@ -188,13 +184,15 @@ def broadcasting(result: "Result", fix: Any) -> Step:
 
 
 def _away(result: "Result", fix: Any) -> float:
-    """Return how far (m) the AUV of a fix is from who broadcasts it, as that begins."""
-    auv, asv = (place(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by))
+    """Return the distance (m) from the AUV of a fix to its broadcaster as the broadcast begins."""
+    auv, asv = (
+        position_at(result, name, fix.broadcast_at_s) for name in (fix.auv, fix.broadcast_by)
+    )
     return apart(result.scenario.acoustics.mf, auv, asv)
 
 
 def _reached(result: "Result", fix: Any) -> str:
-    """Tell from how far away an AUV decodes the frame with its fix, or why it does not."""
+    """Tell the distance at which an AUV decodes the frame with its fix, or why it does not."""
     mf, away, missed = result.scenario.acoustics.mf, _away(result, fix), why_missed(result, fix)
     beyond, ends = fix.outcome == "out_of_range", mf.traits.ends_at_range
     if fix.outcome == "blocked":
@@ -213,13 +211,13 @@ def _reached(result: "Result", fix: Any) -> str:
 
 
 def _met(result: "Result", fix: Any) -> Any:
-    """Return the row of the frame of a fix at its AUV."""
+    """Return the row of the reception, at its AUV, of the frame with a fix."""
     met = result.tables["frame_receptions"]
     return rows_where(met, broadcast=frame_of(result, fix).name, auv=fix.auv).iloc[0]
 
 
 def why_missed(result: "Result", fix: Any) -> str:
-    """Tell why the AUV of a fix has not decoded the frame with it; "" if it has, or may yet."""
+    """Tell why the AUV did not decode the frame with its fix; "" if it did, or still may."""
     if fix.outcome == "blocked":
         return behind(result, fix.auv, fix.broadcast_by, fix.broadcast_at_s)
     if fix.outcome not in ("out_of_range", "lost", "collided"):
@@ -250,7 +248,7 @@ def why_missed(result: "Result", fix: Any) -> str:
 
 
 def _overlapped(result: "Result", fix: Any, met: Any) -> str:
-    """Tell what overlapped, at its AUV, the frame that carried a fix."""
+    """Tell which signal overlapped the frame with a fix at its AUV."""
     begin, end = met.arrived_at_s, met.arrived_at_s + frame_of(result, fix).airtime_s
     here = f"at {fix.auv} from {begin:.4f} to {end:.4f} s, overlapped by"
     by = known(met.overlapped_by)
@@ -274,7 +272,7 @@ def _overlapped(result: "Result", fix: Any, met: Any) -> str:
 
 
 def _on_air(result: "Result", frame: Any) -> str:
-    """Tell how long a frame is on the air, and why."""
+    """Tell the airtime of a frame and how it is computed."""
     mf = result.scenario.acoustics.mf
     airtime = result.setup.slots.messages.airtime(int(frame.fixes), int(frame.named))
     if mf.airtimes is None:
@@ -287,7 +285,7 @@ def _on_air(result: "Result", frame: Any) -> str:
 
 
 def _why_then(result: "Result", fix: Any, frame: Any) -> str:
-    """Tell what the fix has waited for."""
+    """Tell why the broadcast of a fix began when it did."""
     downlink, declared = result.scenario.protocol.downlink, result.setup.downlink
     made, slots = known_at(result, fix), result.setup.slots
     if downlink.is_own:
@@ -311,7 +309,7 @@ def _why_then(result: "Result", fix: Any, frame: Any) -> str:
 
 
 def _why_then_at_random(result: "Result", frame: Any, made: float) -> str:
-    """Tell what a fix has waited for, made at an instant (s), where AUVs ping as they like."""
+    """Tell why a fix, made at time `made` (s), was broadcast at this instant in random access."""
     downlink = result.scenario.protocol.downlink
     if frame.sent_at_s <= result.setup.slots.clock.after(made, 0.0) + SAME:
         return f"{downlink}: MF was free, so that it is broadcast at once"
@@ -324,9 +322,9 @@ def _why_then_at_random(result: "Result", frame: Any, made: float) -> str:
 
 
 def _why_it(result: "Result", fix: Any, frame: Any) -> str:
-    """Tell by which rule this ASV broadcasts."""
+    """Tell by which rule this ASV broadcasts a fix."""
     rule, chosen = result.scenario.protocol.broadcaster, result.setup.broadcaster
-    count, gone = result.scenario.asvs.count, failed(result, fix.broadcast_at_s)
+    count, gone = result.scenario.asvs.count, failed_asvs(result, fix.broadcast_at_s)
     able, by = [n for n in range(count) if n not in gone], fix.broadcast_by
     if rule.is_own:
         return f"{rule.words}: the plug-in chose {by}"
@@ -362,13 +360,13 @@ def _why_it(result: "Result", fix: Any, frame: Any) -> str:
 
 
 def _mean_distance(result: "Result", asv: int, time: float, fixes: Any) -> float:
-    """Return the mean distance (m) of an ASV at an instant (s) to fixes, seen from above."""
-    away = fixes[["x_m", "y_m"]].to_numpy(float) - place(result, f"ASV{asv}", time)[:2]
+    """Return the mean horizontal distance (m) of an ASV at time (s) to fixes."""
+    away = fixes[["x_m", "y_m"]].to_numpy(float) - position_at(result, f"ASV{asv}", time)[:2]
     return float(np.hypot(*away.T).mean())
 
 
 def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
-    """Yield what the time from ping to delivery went into; the parts add up to the latency."""
+    """Yield the parts of the time from ping to delivery; they add up to the latency."""
     if result.scenario.protocol.asvs_ping:
         front, rest = fix.valid_at_s - fix.pinged_at_s, fix.delivered_at_s - fix.valid_at_s
         yield LatencyPart("way down: the ping's front reaches the AUV", front)
@@ -393,7 +391,7 @@ def latency(result: "Result", fix: Any) -> Iterator[LatencyPart]:
     if protocol.tick_rate_hz is None:
         yield LatencyPart("way down", fix.delivered_at_s - on_air)
         return
-    auv, asv = (place(result, name, on_air) for name in (fix.auv, sender))
+    auv, asv = (position_at(result, name, on_air) for name in (fix.auv, sender))
     travel = math.dist(auv, asv) / result.setup.sound_speed_m_per_s
     travel = min(travel, fix.delivered_at_s - on_air)
     yield LatencyPart("way down", travel)

@@ -1,7 +1,4 @@
-"""What each vehicle makes of a ping: who hears it, who does not, and by which rule.
-
-The tables say why: column `why` of receptions has the reason, `overlapped_by` what overlapped.
-"""
+"""The receptions of a ping: which vehicle decodes it, which does not, and by which rule."""
 
 import math
 from collections.abc import Iterator
@@ -19,7 +16,7 @@ from .chain import (
     known,
     lines,
     lost_in_a_row,
-    place,
+    position_at,
     rows_where,
     too_fast,
 )
@@ -29,19 +26,19 @@ if TYPE_CHECKING:
 
 LEVELS = ("snr_db", "level_db", "margin_db")
 
-# A vessel slower than this (m/s) rests; one that turns by less (rad) goes straight on.
+# A vessel slower than this (m/s) rests; with a smaller change of heading (rad) it goes straight.
 RESTS, STRAIGHT = 1e-3, 1e-3
 
 
 def is_sent(ping: Any) -> bool:
-    """Tell whether an AUV pinged in its turn: always, but where no call reached it (twtt)."""
+    """Tell whether an AUV sent this ping: not if the call for it failed (two-way ranging)."""
     return ping.get("call") in (None, "heard")
 
 
 def receptions(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield what each ASV makes of a ping, and by which rule; nothing of one that was not sent.
+    """Yield one step for each reception of a ping; none for a ping that was not sent.
 
-    With passive ranging it is each AUV that hears the ping of an ASV.
+    ASVs receive pings; with passive ranging AUVs receive those of ASVs.
     """
     if not is_sent(ping):
         return
@@ -50,7 +47,7 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
     for reception in met.itertuples():
         depth = ping.z_m
         if protocol.asvs_ping:
-            depth = place(result, str(reception.auv), float(reception.arrived_at_s))[2]
+            depth = position_at(result, str(reception.auv), float(reception.arrived_at_s))[2]
         slant = away = float(reception.slant_range_m)
         if hf.range_metric != "slant":  # ASVs float at the surface
             away = math.sqrt(max(slant**2 - depth**2, 0.0))
@@ -71,8 +68,9 @@ def receptions(result: "Result", ping: Any) -> Iterator[Step]:
 
 
 def _decided(result: "Result", reception: Any, away: float) -> tuple[str, str]:
-    """Return what became of a ping where it arrived, from so far (m) by the band's metric, and why:
-    by the column `why`, as far as that is on record.
+    """Return the outcome of one reception and the reason, from its column `why`.
+
+    `away` is the distance (m) in the metric of the band.
     """
     why, outcome, hf = known(reception.why), reception.outcome, result.scenario.acoustics.hf
     begin, asv = float(reception.arrived_at_s), str(reception.asv)
@@ -115,9 +113,7 @@ def _decided(result: "Result", reception: Any, away: float) -> tuple[str, str]:
 
 
 def _near(result: "Result", reception: Any, away: float) -> str:
-    """Compare the range (m) of a ping with that of the band, or tell how loud it was; "" where
-    neither counts.
-    """
+    """Compare the distance (m) with the band's range, or tell the level if there is no range."""
     hf = result.scenario.acoustics.hf
     if not hf.traits.ends_at_range:
         return _level(reception)
@@ -128,13 +124,13 @@ def _near(result: "Result", reception: Any, away: float) -> str:
 
 
 def _levels(reception: Any) -> dict[str, float]:
-    """Return the levels (dB) of a reception, nothing where the channel knows of none."""
+    """Return the levels (dB) of a reception; {} if the channel computes none."""
     found = {name: getattr(reception, name) for name in LEVELS}
     return {} if any(known(value) is None for value in found.values()) else found
 
 
 def _level(reception: Any) -> str:
-    """Tell how loud a ping arrived, "" where the channel knows of no levels."""
+    """Tell at which SNR a ping arrived; "" if the channel computes no levels."""
     found = _levels(reception)
     if not found:
         return ""
@@ -147,7 +143,7 @@ def _level(reception: Any) -> str:
 
 
 def _chance(result: "Result", reception: Any) -> str:
-    """Return in words the chance that a ping was lost, and its cause; "" if not recorded."""
+    """Tell the probability that a ping was lost, and its cause; "" if not recorded."""
     probability = known(reception.loss_probability)
     if probability is None:
         return ""
@@ -166,7 +162,7 @@ def _chance(result: "Result", reception: Any) -> str:
 
 
 def _overlapping(result: "Result", reception: Any) -> str:
-    """Tell which ping, echo or call overlapped a ping where it was heard, and by how much."""
+    """Tell which signal overlapped a ping at its listener, and for how long."""
     by, why = known(reception.overlapped_by), known(reception.why)
     if by is None:
         return "another sound overlaps it (which one, this folder does not say)"
@@ -195,7 +191,7 @@ def _overlapping(result: "Result", reception: Any) -> str:
 
 
 def _signal(result: "Result", reception: Any) -> str:
-    """Tell which signal of a program overlapped a ping where it arrived."""
+    """Tell which signal of a program overlapped a ping at its listener."""
     signal = result.tables["signals"].iloc[int(reception.overlapped_by)]
     over = signal.sent_at_s + signal.lasts_s
     return (
@@ -205,7 +201,7 @@ def _signal(result: "Result", reception: Any) -> str:
 
 
 def _own_frame(result: "Result", reception: Any) -> str:
-    """Tell which frame an ASV was sending as a ping came, so that it was deaf."""
+    """Tell which frame an ASV was sending while a ping arrived."""
     frame = result.tables["broadcasts"].iloc[int(reception.overlapped_by)]
     over = frame.sent_at_s + frame.airtime_s
     rule = "direct_reply" if result.scenario.protocol.replies else "duplex per_node"
@@ -213,10 +209,9 @@ def _own_frame(result: "Result", reception: Any) -> str:
 
 
 def on_its_way(result: "Result", vessel: str, time: float) -> str:
-    """Return where a vessel was going at an instant (s), and how fast; "" where it did not move.
+    """Return where a vessel was heading at time (s), and how fast; "" if it did not move.
 
-    It goes straight until it turns or rests: there it was bound for, as near as the rows of its
-    track tell.
+    The target is the row of its track at which it next changes its heading or rests.
     """
     if result.scenario.asvs.formation.moored is not None:
         return ""
@@ -234,9 +229,9 @@ def on_its_way(result: "Result", vessel: str, time: float) -> str:
 
 
 def why_unanswered(result: "Result", ping: Any) -> str:
-    """Tell why an AUV has not answered a call."""
+    """Tell why an AUV did not answer a call."""
     hf, auv, asv = result.scenario.acoustics.hf, ping.auv, ping.called_by
-    away = apart(hf, place(result, asv, ping.called_at_s), (ping.x_m, ping.y_m, ping.z_m))
+    away = apart(hf, position_at(result, asv, ping.called_at_s), (ping.x_m, ping.y_m, ping.z_m))
     if ping.call == "in_flight":
         return f"the mission ends before {auv} answers"
     if ping.call_why == "failed_meanwhile":

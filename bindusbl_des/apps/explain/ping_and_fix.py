@@ -1,10 +1,8 @@
-"""The chain of a ping, put together from its way up and the way down of its fix; or of an ASV's
-ping, by which AUVs fix themselves (ranging passive).
-"""
+"""Chains of a ping and of a fix, from the steps of uplink, downlink and correction."""
 
 from typing import TYPE_CHECKING, Any
 
-from .chain import UNREACHED, Chain, LatencyPart, Step, failed, known, row_of, rows_where
+from .chain import UNREACHED, Chain, LatencyPart, Step, failed_asvs, known, row_of, rows_where
 from .correcting import arriving
 from .delivering import broadcasting, fixing, forwarding, latency, why_missed
 from .hearing import is_sent, receptions, why_unanswered
@@ -13,7 +11,7 @@ from .sending import acknowledged, beaconing, sending
 if TYPE_CHECKING:
     from ...core.results.result import Result
 
-# What is told of a ping that no AUV has decoded, by the first of these that one of them had.
+# Words for an ASV's ping that no AUV decoded: of these outcomes, the first that any AUV has counts.
 FATES = {
     "in_flight": "the mission ends while it is under way",
     "lost": "lost by chance at every AUV in range",
@@ -22,7 +20,7 @@ FATES = {
 
 
 def chain_of_fix(result: "Result", number: int) -> Chain:
-    """Return where one fix came from and what became of it: the chain of its ping.
+    """Return the chain of one fix: that of its ping, or of its AUV alone with passive ranging.
 
     Raises:
         LookupError: when the result holds no events, or no such fix.
@@ -40,9 +38,9 @@ def chain_of_fix(result: "Result", number: int) -> Chain:
 
 
 def chain_of_ping(result: "Result", number: int) -> Chain:
-    """Return what became of one ping, ASV by ASV, and of the fix that it led to.
+    """Return the chain of one ping: all its receptions, and the fix that it led to.
 
-    With passive ranging: AUV by AUV, and of their fixes.
+    With passive ranging AUVs receive the ping, and several may fix themselves by it.
 
     Raises:
         LookupError: when the result holds no events, or no such ping.
@@ -79,7 +77,7 @@ def chain_of_ping(result: "Result", number: int) -> Chain:
 
 
 def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
-    """Return why a ping led to no fix, as a word and in words."""
+    """Return the outcome of a ping that led to no fix, as a word and in words."""
     if not is_sent(ping):
         return ping.call, f"no ping: {why_unanswered(result, ping)}"
     outcomes = list(rows_where(result.tables["receptions"], ping=ping.ping).outcome)
@@ -91,7 +89,7 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
             behind = outcomes.count("blocked")
             others = f", the others are {beyond}" if behind < len(outcomes) else ""
             return "blocked", f"no fix: land is between {ping.auv} and {behind} ASVs{others}"
-        beyond += " or has failed" if failed(result, ping.sent_at_s) else ""
+        beyond += " or has failed" if failed_asvs(result, ping.sent_at_s) else ""
         return "out_of_range", f"no fix: every ASV is {beyond}"
     destroyed = [word for word in ("lost", "collided") if word in outcomes]
     words = [f"{word} at {outcomes.count(word)}" for word in destroyed]
@@ -100,7 +98,7 @@ def _without_fix(result: "Result", ping: Any) -> tuple[str, str]:
 
 
 def _shared(result: "Result", ping: Any, fixes: list[Any]) -> tuple[str, str]:
-    """Return what became of the ping of an ASV, as a word and in words."""
+    """Return the outcome of an ASV's ping, as a word and in words."""
     if fixes:
         verb = "fixes itself" if len(fixes) == 1 else "fix themselves"
         number = f"fix{'es' * (len(fixes) > 1)} {', '.join(str(fix.fix) for fix in fixes)}"

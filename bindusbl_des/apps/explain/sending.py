@@ -1,25 +1,34 @@
-"""Why a ping is sent when it is: its round, the call that it answers, its slot, or its own instant
-with random access.
-"""
+"""Why an AUV pings at an instant: its round, a call that it answers, its slot, or random access."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ...core.results.round_timeline import uplink_slots
 from ...support.wording import counted
-from .chain import UNREACHED, Step, Why, apart, failed, known, lines, place, row_of, rows_where
+from .chain import (
+    UNREACHED,
+    Step,
+    Why,
+    apart,
+    failed_asvs,
+    known,
+    lines,
+    position_at,
+    row_of,
+    rows_where,
+)
 from .hearing import is_sent, why_unanswered
 
 if TYPE_CHECKING:
     from ...core.results.result import Result
 
 
-# The kind of signal by which programs with `acknowledgement_bytes` acknowledge a ping.
+# The kind of signal that acknowledges a ping, in programs with `acknowledgement_bytes`.
 ACKNOWLEDGEMENT = "acknowledgement"
 
 
 def sending(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the round, the call where there is one, and the ping."""
+    """Yield the steps of the round, of the call if there is one, and of the ping."""
     protocol, row = result.scenario.protocol, row_of(result, "rounds", "round", ping["round"])
     facts = {"round": ping["round"], "conflicts": row.conflicts}
     begins, why = f"begins: {_round(result, row)} ({protocol.rule.words})", ""
@@ -41,7 +50,7 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
 
 
 def beaconing(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the round and the ping of an ASV (passive ranging)."""
+    """Yield the steps of the round and of an ASV's ping (passive ranging)."""
     row = row_of(result, "rounds", "round", ping["round"])
     begins = f"begins: {counted(row.colours, 'ASV')} in turn (passive)"
     facts = {"round": ping["round"], "colours": row.colours}
@@ -61,7 +70,7 @@ def beaconing(result: "Result", ping: Any) -> Iterator[Step]:
 
 
 def _round(result: "Result", row: Any) -> str:
-    """Tell what begins a round, or what it is made of."""
+    """Tell what a round consists of, or what begins it with random access."""
     protocol = result.scenario.protocol
     if not protocol.random_access:
         return f"{counted(row.colours, 'ping group')}, {counted(row.conflicts, 'conflict')}"
@@ -71,7 +80,7 @@ def _round(result: "Result", row: Any) -> str:
 
 
 def _call(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the call that the ping answers, or should have."""
+    """Yield the step of the call that the AUV answered, or did not."""
     if ping.get("call") is None:
         return
     delay = result.scenario.acoustics.hf.ping_s + result.scenario.protocol.turnaround_s
@@ -89,18 +98,18 @@ def _call(result: "Result", ping: Any) -> Iterator[Step]:
 
 
 def _caller(result: "Result", ping: Any) -> str:
-    """Tell why it is this ASV that calls."""
+    """Tell why this ASV calls."""
     protocol = result.scenario.protocol
     if protocol.ranging.is_own:
         return f"{protocol.ranging}: the plug-in chose it"
-    others = "no other ASV that works" if failed(result, ping.called_at_s) else "no other ASV"
+    others = "no other ASV that works" if failed_asvs(result, ping.called_at_s) else "no other ASV"
     polled = result.setup.schedule.turn_by == "calls"
     rule = protocol.schedule if polled else protocol.ranging
     return f"{rule}: {others} is nearer, as far as the fleet knows"
 
 
 def _why_now(result: "Result", ping: Any) -> Why:
-    """Return why an AUV pings at this instant."""
+    """Return why an AUV pings at this instant, in words and as facts."""
     protocol = result.scenario.protocol
     if protocol.random_access:
         waited = ping.get("waited_s")
@@ -124,7 +133,7 @@ def _why_now(result: "Result", ping: Any) -> Why:
 
 
 def _companions(result: "Result", ping: Any) -> str:
-    """Tell who pings in the same slot, and with whom an ASV would have mixed it up."""
+    """Tell which AUVs ping in the same slot, and which in later ones because an ASV hears both."""
     own = rows_where(result.tables["pings"], round=ping["round"])
     beside = own[(own.slot == ping.slot) & (own.auv != ping.auv)]
     words = f"together with {', '.join(beside.auv)}" if len(beside) else "alone"
@@ -141,11 +150,11 @@ def _in_range(result: "Result", ping: int) -> set[str]:
     return set(met.asv[~met.outcome.isin(UNREACHED)])
 
 
-# Whose turn it is, by schedules that go by more than who hears whom
+# Reasons of schedules that use more than the conflict graph
 
 
 def _by_expected_error(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
-    """Tell how old the AUV's last fix was when the round began, and how long it had waited."""
+    """Tell the age of the AUV's last fix when the round began, and how many rounds it waited."""
     begins = float(row_of(result, "rounds", "round", ping["round"]).started_at_s)
     fixes = rows_where(result.tables["fixes"], auv=ping.auv)
     last = fixes[fixes.broadcast_at_s <= begins].ping.max()
@@ -162,7 +171,7 @@ def _by_expected_error(result: "Result", ping: Any) -> tuple[str, dict[str, Any]
 
 
 def _by_calls(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
-    """Tell what the call has waited for."""
+    """Tell for which answer the call waited."""
     pings = rows_where(result.tables["pings"], round=ping["round"])
     before = pings[pings.slot == ping.slot - 1]
     if not len(before):
@@ -178,7 +187,7 @@ def _by_calls(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
 
 
 def _by_arrivals(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
-    """Tell behind whose arrival this one comes in most closely, at which ASV."""
+    """Tell behind which other ping this one arrives most closely, and at which ASV."""
     lasts = result.scenario.acoustics.hf.ping_s
     pings, met = (
         rows_where(result.tables["pings"], round=ping["round"]),
@@ -204,11 +213,11 @@ def _by_arrivals(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
 RULES = {"expected_error": _by_expected_error, "calls": _by_calls, "arrivals": _by_arrivals}
 
 
-# Pings of AUVs that ping as they like
+# Random access
 
 
 def _at_random(result: "Result", ping: Any) -> str:
-    """Tell by which rule an AUV pings at this instant, with random access."""
+    """Tell by which rule an AUV pings at this instant with random access."""
     protocol, access = result.scenario.protocol, result.setup.schedule.access
     if access == "poisson":
         return (
@@ -239,7 +248,7 @@ def _at_random(result: "Result", ping: Any) -> str:
 
 
 def _signals(result: "Result", ping: Any) -> Iterator[str]:
-    """Yield what an AUV sent, and what it was sent, while it had a ping to send."""
+    """Yield the signals from and to an AUV while it waited to ping."""
     if "signals" not in result.tables:
         return
     signals, since = result.tables["signals"], ping.sent_at_s - float(known(ping.waited_s) or 0.0)
@@ -253,8 +262,9 @@ def _signals(result: "Result", ping: Any) -> Iterator[str]:
 
 
 def acknowledged(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the acknowledgements that an AUV was sent from the end of a ping to its next one, and
-    what became of each there; that may be one of an earlier ping, which came late.
+    """Yield the acknowledgements sent to an AUV from this ping to its next, with their outcomes.
+
+    One of them may acknowledge an earlier ping and come late.
     """
     if "signals" not in result.tables or not is_sent(ping):
         return
@@ -277,7 +287,7 @@ def acknowledged(result: "Result", ping: Any) -> Iterator[Step]:
 
 
 def _others_on_air(result: "Result", ping: Any) -> str:
-    """Tell which AUVs ping while this one does."""
+    """Tell which AUVs ping at the same time."""
     lasts, pings = result.scenario.acoustics.hf.ping_s, result.tables["pings"]
     beside = pings[(pings.sent_at_s - ping.sent_at_s).abs() < lasts]
     others = beside[beside.ping != ping.ping]
@@ -289,11 +299,11 @@ def _others_on_air(result: "Result", ping: Any) -> str:
     return f"others ping meanwhile: {', '.join(text)}"
 
 
-# Slots that frames tell AUVs (knowledge broadcast)
+# Slots that AUVs learn from frames (knowledge broadcast)
 
 
 def _told_slots(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the slots that the AUV has missed since its last ping, and the frame that named it."""
+    """Yield the slots that the AUV missed since its last ping, and the frame that named its own."""
     assigned = rows_where(result.tables["assignments"], auv=ping.auv)
     pings = rows_where(result.tables["pings"], auv=ping.auv)
     before = pings[pings.sent_at_s < ping.sent_at_s].sent_at_s.max()
@@ -322,14 +332,14 @@ def _told_slots(result: "Result", ping: Any) -> Iterator[Step]:
 
 
 def _is_reckoned(result: "Result", ping: Any) -> bool:
-    """Tell whether an AUV pinged without having been told of that slot."""
+    """Tell whether an AUV pinged in a slot that no frame had assigned to it."""
     if not len(result.tables["assignments"]) or len(_assigned(result, ping)):
         return False
     return result.scenario.protocol.dissemination.missed in ("last_slot", "contention")
 
 
 def _by_reckoning(result: "Result", ping: Any) -> str:
-    """Tell why an AUV pings that was not told to, and whose slot it is by now."""
+    """Tell why an AUV pings without an assigned slot, and to which AUV the slot belongs."""
     if result.scenario.protocol.dissemination.missed == "contention":
         return "it knows of no slot of its own, and tries its luck where it takes contention to be"
     words = (
@@ -355,10 +365,10 @@ def _assigned(result: "Result", ping: Any) -> Any:
 
 
 def _why_missed(result: "Result", slot: Any) -> str:
-    """Tell why an AUV did not know a slot."""
+    """Tell why an AUV did not learn its slot."""
     if slot.told_by is None or slot.told_at_s != slot.told_at_s:
         return "no frame had named the slots of that round"
-    auv, asv = (place(result, name, slot.told_at_s) for name in (slot.auv, slot.told_by))
+    auv, asv = (position_at(result, name, slot.told_at_s) for name in (slot.auv, slot.told_by))
     mf = result.scenario.acoustics.mf
     away = apart(mf, auv, asv)
     frame = f"the frame of {slot.told_by} that began at {slot.told_at_s:.4f} s"

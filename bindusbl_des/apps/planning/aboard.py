@@ -1,4 +1,4 @@
-"""What of a plan goes aboard: in plain words, without the keys of its network."""
+"""The sheet of a plan for its skipper, in plain words without keys of the network."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,11 +13,11 @@ from .plan_page import condition, goal_text, interval, of_goal, parted, verdict,
 
 Record = Mapping[str, Any]
 
-# What is counted on: a doubt that the plan does not keep stands first.
+# Order of verdicts: conditions that miss the goal come first.
 ORDER = {False: 0, None: 1, True: 2}
 
 
-# Columns of its tables, each with its share of the width
+# Columns of the tables, each with its share of the width
 PLACES = (("", 0.13), ("degrees and minutes", 0.36), ("degrees", 0.31), ("north, east (m)", 0.2))
 DOUBTS = (("if", 0.42), ("{}", 0.24), ("told", 0.08), ("as planned", 0.12), ("goal", 0.14))
 IF_NOT = "If it is not as planned (simulated; told: to the filters of the AUVs)"
@@ -25,19 +25,18 @@ KEY = "Stars: vessels; dashed: how far they hear AUVs; coloured: lanes of AUVs."
 
 
 def plain_words(team: DrawnTeam) -> str:
-    """Return what a plan says of a team: how many vessels, what they reach, and its goal."""
+    """Return the plan's sentence on a team: how many vessels, what they reach, and the goal."""
     vessels = counted(team.scenario.asvs.count, "vessel")
     return worded(team.told.replace(team.team, vessels), team.goals)
 
 
 def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[str, int]:
-    """Write the sheet of a plan for its skipper, chart, places and doubts, as PDF; return how many
-    pages it has.
+    """Write the sheet of a plan as PDF: chart, places and doubts; return the number of pages.
 
     Raises:
-        ValueError: when the scenario is nowhere on Earth.
-        FileExistsError: when the file is there, and not to be replaced.
-        OSError: when it cannot be written.
+        ValueError: when the scenario has no position on Earth.
+        FileExistsError: when the file exists and may not be replaced.
+        OSError: when the file cannot be written.
     """
     from ..export.chart_files import planned_lanes
     from ..figures.skippers import Sheet, Table, room_for, skippers_sheet
@@ -68,7 +67,7 @@ def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[st
 
 
 def _fleet(setup: Setup) -> list[str]:
-    """Return what AUVs do, in a sentence."""
+    """Describe the AUVs and the mission's end in one sentence."""
     depths = sorted({auv.depth_m for auv in setup.auvs})
     speeds = sorted({auv.speed_m_per_s for auv in setup.auvs})
     deep, fast = (" to ".join(f"{one:g}" for one in dict.fromkeys((ends[0], ends[-1])))
@@ -77,7 +76,7 @@ def _fleet(setup: Setup) -> list[str]:
     ends = float(setup.scenario.duration_s)
     try:
         flown = float(setup.survey_end_s)
-    except ValueError:  # they have no end that is known
+    except ValueError:  # the survey has no known end
         return [f"{text}. The mission ends after {timed(ends)}."]
     if flown > ends:
         return [f"{text}. The mission ends after {timed(ends)}; all lanes take {timed(flown)}."]
@@ -97,8 +96,9 @@ def _places(team: DrawnTeam, setup: Setup, lanes: Mapping[int, Any]) -> list[tup
 
 
 def _doubts(cases: Sequence[Record], goals: Sequence[Record]) -> list[tuple[str, ...]]:
-    """Return what becomes of the first goal in each doubt that filters do not know of, and if they
-    do; those that the goal does not survive first.
+    """Return a row for each condition: the first goal if filters do not know it, and if they do.
+
+    Conditions that miss the goal come first.
     """
     factor = goals[0]["factor"]
     return [
@@ -114,7 +114,7 @@ def _doubts(cases: Sequence[Record], goals: Sequence[Record]) -> list[tuple[str,
 
 
 def _cut(rows: list[tuple[str, ...]], most: int, where: str) -> list[tuple[str, ...]]:
-    """Return as many rows as there is room for, and where the others are."""
+    """Return at most `most` rows; the last says where to find the others."""
     if len(rows) <= most:
         return rows
     kept = rows[: max(most - 1, 1)]

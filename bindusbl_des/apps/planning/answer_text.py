@@ -1,4 +1,4 @@
-"""What a plan says: its answer, its doubts, and what would help; the same as plain data."""
+"""The answer of a plan in sentences, and the record `plan.json`."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,20 +22,20 @@ from .relief import Relief
 from .selecting import Estimate, Selection
 from .teams import Team, band, excess, is_instant
 
-# Said of the conditions that are worse
+# Added to worse conditions
 UNTOLD = "(flown with the filter as planned, since the crew does not know)"
 
-# So many candidates beside the answer `plan.json` names.
+# The most runners-up that `plan.json` names.
 MOST_RUNNERS_UP = 3
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """All that was found out for a plan.
+    """All results of a plan.
 
-    `left_out` and `doubted` are rows of `plan.json`; `missions` is how many were flown, those of
-    doubts included; `cut` is the option that cut the plan off, empty if none did; `failed` how many
-    missions failed, and why, empty if none did.
+    `left_out` and `doubted` are rows of `plan.json`; `missions` counts all missions, those of
+    doubts included; `cut` is the option that stopped the plan, or ""; `failed` tells how many
+    missions failed and why, or "".
     """
 
     question: Question
@@ -51,30 +51,32 @@ class Outcome:
 
     @property
     def team(self) -> Team | None:
-        """The least team that is shown to meet the goals."""
+        """The least team that is shown to meet the goals, or None."""
         answer = self.selection.answer
         return None if answer is None else self.teams[answer]
 
     @property
     def ranked(self) -> list[int]:
-        """The teams that were flown by how good they are: met ones by cost, then the rest."""
+        """The numbers of the simulated teams, the best first: see :func:`ranked`."""
         return ranked(self.question.goals, self.teams, self.selection)
 
     @property
     def shown(self) -> int | None:
-        """The team that is drawn: the answer, or else the nearest; None if none was flown."""
+        """The number of the drawn team: the answer, or else the nearest; None without either."""
         if self.selection.answer is not None:
             return self.selection.answer
         return next(iter(self.ranked), None)
 
 
 def ranked(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -> list[int]:
-    """Return the numbers of teams that were flown: those that meet the goals by their cost and then
-    by their means, and after them those that do not, the nearest first.
+    """Return the numbers of simulated teams, the best first.
+
+    Teams whose means meet the goals are sorted by cost, then by means; the others follow, sorted by
+    how much they miss.
     """
 
     def far(number: int) -> tuple[float, float]:
-        """By how much its goals are missed, and by how much where the ratio to one is infinite."""
+        """Return the largest logarithmic miss of a goal, and the largest distance from a limit."""
         means = [estimate.mean for estimate in selection.estimates[number]]
         apart = [abs(mean - goal.limit) for goal, mean in zip(goals, means, strict=True)]
         return max(map(excess, goals, means)), max(apart)
@@ -85,7 +87,7 @@ def ranked(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -
 
 
 def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
-    """Return what missions came to, a goal after the other.
+    """Return the means over missions in words, one for each goal.
 
     >>> reached([Goal("position_error_m", below=1.0)], [Estimate(0.39, 0.28, 0.51)])
     'position_error_m 0.390 m (95 % interval 0.280 to 0.510)'
@@ -97,13 +99,13 @@ def reached(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> str:
 
 
 def _with_ends(goal: Goal, estimate: Estimate) -> tuple[str, str]:
-    """Return a mean with its unit, and from where to where its interval goes."""
+    """Return a mean with its unit, and the ends of its interval."""
     mean, low, high = with_ends(estimate.mean, estimate.low, estimate.high)
     return f"{mean} {unit_of_goal(goal)}".strip(), f"{low} to {high}"
 
 
 def best_text(goals: Sequence[Goal], teams: Sequence[Team], selection: Selection) -> str:
-    """Return which of the teams that were flown is the best so far; empty where none was."""
+    """Return the best simulated team so far in words; "" before any was simulated."""
     for best in ranked(goals, teams, selection)[:1]:
         means = ", ".join(
             f"{f'{goal.name} ' if len(goals) > 1 else ''}{mean}"
@@ -139,14 +141,14 @@ def answer_text(outcome: Outcome) -> str:
 
 
 def _priced(outcome: Outcome, number: int) -> str:
-    """Return a team in words, with its cost where anything has a price."""
+    """Return a team in words, with its cost if anything has a price."""
     team = outcome.teams[number]
     priced = outcome.question.costs != UNPRICED
     return team.words + (f", cost {amount(team.cost)}" if priced else "")
 
 
 def caveats(outcome: Outcome) -> Iterator[str]:
-    """Yield what the answer lacks, and how predictions compare with flights."""
+    """Yield the limits of the answer, and how predictions compare with simulations."""
     question = outcome.question
     if outcome.selection.doubts and outcome.team is not None:
         yield outcome.selection.doubts
@@ -170,13 +172,13 @@ def caveats(outcome: Outcome) -> Iterator[str]:
 
 
 def _risen(team: Team) -> Iterator[str]:
-    """Yield what it costs a team that its AUVs come up: time, way, and energy by that."""
+    """Yield what surfacing costs a team: time, distance, and energy."""
     changed = team.changed({"auvs.route.surface_every_s": None})
     if changed is None or not any(wing.asked.surfacing is not None for wing in team.setup.wings):
         return
     try:
         pairs = list(zip(team.setup.flown_s, changed.setup.flown_s, strict=True))
-    except ValueError:  # lanes have no end that is known
+    except ValueError:  # the lanes have no known end
         return
     longer, auv = max((up - down, auv) for auv, (up, down) in enumerate(pairs))
     if longer <= 0.0:
@@ -191,9 +193,9 @@ def _risen(team: Team) -> Iterator[str]:
 
 
 def _unvaried(outcome: Outcome) -> Iterator[str]:
-    """Yield which goals' metrics never differed, and how rare what was not seen may be.
+    """Yield which metrics never differed, and how often an unseen event may still happen.
 
-    What happens in a share p of missions is not seen in n of them with a probability (1 - p)^n.
+    An event in a share p of missions is not seen in n of them with the probability (1 - p)^n.
     """
     answer, question = outcome.selection.answer, outcome.question
     assert answer is not None
@@ -209,7 +211,7 @@ def _unvaried(outcome: Outcome) -> Iterator[str]:
 
 
 def _predicted(outcome: Outcome, answer: Team) -> Iterator[str]:
-    """Yield what was predicted of the answer, how wrong predictions are, and were in this plan."""
+    """Yield the prediction of the answer, its stated error, and its error in this plan."""
     for place, goal in enumerate(outcome.question.goals):
         value = answer.values[place]
         low, high = band(goal, value)
@@ -228,8 +230,9 @@ def _predicted(outcome: Outcome, answer: Team) -> Iterator[str]:
 
 
 def remedy_text(outcome: Outcome) -> str | None:
-    """Return what would meet the goals, where it is settled that no team does, or the nearest does
-    not; None otherwise.
+    """Return what would meet the goals if no team is shown to, or if the nearest misses them.
+
+    None if the plan has an answer, was cut off, or its nearest team misses no goal by its mean.
     """
     if outcome.team is not None or outcome.cut or not outcome.ranked:
         return None
@@ -240,7 +243,7 @@ def remedy_text(outcome: Outcome) -> str | None:
     if not missed:
         return None
     first = f"The nearest is {_priced(outcome, nearest)}: {reached(goals, estimates)}."
-    # reliefs are of the whole team
+    # reliefs are predicted for the team without losses
     reliefs = [] if any(goal.lost for goal in missed) else outcome.reliefs
     helping = [relief.told for relief in reliefs if relief.meets]
     if helping:
@@ -250,16 +253,14 @@ def remedy_text(outcome: Outcome) -> str | None:
 
 
 def where_texts(place: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield a place of `plan.json` in degrees, and in degrees and minutes; nothing of one that is
-    nowhere on Earth.
-    """
+    """Yield a place of `plan.json` in degrees, and in degrees and minutes; nothing without both."""
     lat, lon = place.get("lat_deg"), place.get("lon_deg")
     if lat is not None and lon is not None:
         yield degrees_text(lat, lon), minutes_text(lat, lon)
 
 
 def summary(record: Mapping[str, Any], folder: str) -> str:
-    """Return a plan as a planner reads it in the terminal, from what `plan.json` holds."""
+    """Return the text for the terminal, from the record `plan.json`."""
     lines = [filled(record["told"][0])]
     if record["would"]:
         lines.append(filled(record["would"]))
@@ -284,12 +285,12 @@ def summary(record: Mapping[str, Any], folder: str) -> str:
 
 
 def where_text(place: Mapping[str, Any]) -> str:
-    """Return a recorded place in degrees, and in degrees and minutes; "" if it is not on Earth."""
+    """Return a place of `plan.json` in degrees, and in minutes; "" if it is not on Earth."""
     return "".join(f"{degrees} ({minutes})" for degrees, minutes in where_texts(place))
 
 
 def _doubt_text(doubted: Mapping[str, Any], known: Mapping[str, Any] | None) -> str:
-    """Return what becomes of the goals in a condition, and of their means if filters know of it."""
+    """Return the goals' means under a condition, with the means if the filter knows of it."""
 
     def means(case: Mapping[str, Any]) -> str:
         pairs = zip(case["mean"], doubted["unit"], strict=True)
@@ -302,8 +303,10 @@ def _doubt_text(doubted: Mapping[str, Any], known: Mapping[str, Any] | None) -> 
 
 
 def record(outcome: Outcome, run: str, ways: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return what `plan.json` holds; `run` is the command that flies the answer, and `ways` are
-    those of the vessels that are drawn, where they move.
+    """Return the record `plan.json`.
+
+    `run` is the command that flies the answer; `ways` are the tracks of the drawn team's vessels,
+    if these move.
     """
     question, answer = outcome.question, outcome.selection.answer
     metrics = [goal.metric for goal in question.goals if goal.metric in STATED_ERROR]
@@ -367,7 +370,7 @@ def _candidate(outcome: Outcome, number: int, ways: Mapping[str, Any] | None) ->
 
 
 def _places(team: Team, ways: Mapping[str, Any] | None) -> list[dict[str, Any]]:
-    """Return where each ASV of a team lies, or begins, also on Earth."""
+    """Return the stations of a team's ASVs, or where their tracks begin, also on Earth."""
     places = team.stations.tolist()
     if ways is not None:
         places = [asv["places_m"][0] for asv in ways["asvs"]]
@@ -376,7 +379,7 @@ def _places(team: Team, ways: Mapping[str, Any] | None) -> list[dict[str, Any]]:
 
 
 def located(setup: Setup, places: Sequence[Sequence[float]]) -> list[dict[str, float | None]]:
-    """Return places (n, 2), m, as `plan.json` has them, also on Earth, if the scenario is there."""
+    """Return places (n, 2; m) as in `plan.json`, with degrees if the scenario is on Earth."""
     nowhere = [(None, None)] * len(places)
     on_earth = nowhere if setup.origin_deg is None else setup.on_earth(places)
     return [
@@ -386,7 +389,7 @@ def located(setup: Setup, places: Sequence[Sequence[float]]) -> list[dict[str, f
 
 
 def best_yaml(scenario: Scenario, sentence: str) -> str:
-    """Return the text of a scenario file: JSON is YAML, and each section has a line."""
+    """Return the text of a scenario file: a comment, then one line of JSON for each section."""
     given = portable(scenario.model_dump(mode="json", exclude_unset=True))
     given["record"] = {**given.get("record", {}), "detail": "full"}
     lines = [f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in given.items()]

@@ -1,9 +1,8 @@
-"""How a team fares where the world is worse than the scenario has it, with seeds that did not make
-it the answer, since these flatter it; and what more vessels would bring: teams that cost more than
-the answer, flown a few times.
+"""The answer under worse conditions than the scenario's, and dearer teams in a few missions.
 
-A crew is not told of a surprise: filters stay as planned, and model the errors of the scenario.
-Beside each surprise that a filter could know of stands what it came to if it did.
+The missions use seeds that did not select the answer, since those flatter it.  A crew does not know
+of a worse condition, so filters keep the scenario's errors as their model.  Conditions that a
+filter could know of are simulated twice, also with a filter that knows.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,8 +36,8 @@ from .selecting import (
 )
 from .teams import FORMATION, RADIUS, Keys, Team, excess, place_keys
 
-# So many missions of each show about where it is: the first so many where these tell the means of
-# all goals to this share of them (half of the 95 % interval), else all.
+# Missions of each dearer team: FIRST if half the 95 % interval of each goal's mean is below this
+# share of the mean then, else ALL.
 FIRST, ALL = 4, 8
 NARROW = 0.1
 
@@ -46,10 +45,10 @@ NARROW = 0.1
 def with_costlier(
     selection: Selection, teams: Sequence[Team], goals: Sequence[Goal], sample: Sample
 ) -> Selection:
-    """Return a selection with estimates of the first team of each cost that was not flown.
+    """Return a selection with estimates of the first team of each cost that was not simulated.
 
-    Teams of one cost are in the order of their predictions, so that it is the best of them.
-    Verdicts stay as they are: nothing is decided by so few missions.
+    Teams of one cost are sorted by prediction, so that the first is the best.  Verdicts stay, since
+    so few missions decide nothing.
     """
     first: dict[float, int] = {}
     for number, team in enumerate(teams):
@@ -72,31 +71,29 @@ def with_costlier(
 
 
 def _is_narrow(means: Intervals) -> bool:
-    """Tell whether the means of all goals are known well enough."""
+    """Tell whether the intervals of all goals' means are narrow enough."""
     return bool(np.all(means.half_width <= NARROW * np.abs(means.mean)))
 
 
-# So much shorter are the ranges, so much is the speed of sound taken too high, so many times drifts
-# dead reckoning.
+# Factors of acoustic ranges, of the assumed speed of sound, and of the drift of dead reckoning.
 SHORTER, FASTER, DRIFTIER = 0.8, 1.01, 2.0
 
-# So many times longer losses last, or if they come one by one so long (s): some rounds.
+# The factor of a burst's duration, and the duration (s) where losses are independent: some rounds.
 LONGER, BURST_S = 3.0, 10.0
 
-# So much sooner errors of scale and heading wander off than a sheet is read, or if not at all.
+# The divisor of the length of line over which scale and heading change, and the usual length (m).
 SOONER, USUAL_LINE_M = 3.0, Drift.model_fields["line_m"].default
 
-# So much of the variance of a USBL's errors lasts for so long (s), so far (deg, standard deviation)
-# are arrays turned; where a scenario says as much, they last longer, or are turned twice as far.
+# The slow share of the USBL's error variance, its time constant (s), and the misalignment (deg,
+# standard deviation); a scenario that has as much gets a longer time, or twice the misalignment.
 SLOW, SLOW_S, ASKEW_DEG = 0.9, 600.0, 1.0
 
-# Whether the goals are met in a condition is known with so much confidence, after so many missions
-# at most.
+# The confidence of a verdict under a condition, and the most missions for it.
 CONFIDENCE, SEEDS = 0.95, max(SPENT)
 
 HF, MF = "acoustics.hf", "acoustics.mf"
 NAVIGATION = "navigation"
-# What a sheet of an inertial system says of drift, and by what it drifts where no sheet says it
+# Keys of drift as data sheets state it, and keys of single sources of drift
 STATED = ("percent_of_distance", "m_per_hour")
 DRIFTS = (
     "velocity_bias_m_per_s",
@@ -109,10 +106,10 @@ DRIFTS = (
 
 @dataclass(frozen=True)
 class Doubt:
-    """A condition that is worse: what it is in a word and in words, and the team in it.
+    """A worse condition: its name, its words, the keys that make it, and the team in it.
 
-    `without` is the team without the condition, judged over the same time; None is the answer.
-    `known` tells that filters know of it.
+    `without` is the team without the condition over the same time; None means the answer.  `known`
+    tells that filters know of the condition.
     """
 
     what: str
@@ -124,8 +121,9 @@ class Doubt:
 
 
 def doubts(team: Team) -> list[Doubt]:
-    """Return the conditions in which a team is to be flown, each that filters could know of twice:
-    they do not, and they do; without those that make no scenario.
+    """Return the conditions in which a team is simulated, without those that are no valid scenario.
+
+    If filters can know of a condition, it comes twice: unknown and known to them.
     """
     found = []
     for what, words, keys in worse(team):
@@ -138,13 +136,11 @@ def doubts(team: Team) -> list[Doubt]:
 
 
 def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield what may be worse than a team's scenario has it, in a word and in words, and the keys
-    that make it so.
-    """
+    """Yield the worse conditions of a team: a name, words, and the keys that make them."""
     setup, scenario = team.setup, team.scenario
     is_heard = team.asvs > 0 or scenario.has_peers
     bands, navigation = {HF: scenario.acoustics.hf, MF: scenario.acoustics.mf}, scenario.navigation
-    # Only of a disc the range bounds what is heard.
+    # A range ends reception only with a disc.
     discs = [name for name, band in bands.items() if band.traits.ends_at_range]
     if discs and is_heard:
         ranges = {f"{name}.range_m": _rounded(SHORTER * bands[name].range_m, 6) for name in discs}
@@ -175,7 +171,7 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
         if (size := getattr(navigation.drift, name)) is not None
     }
     drift = sheet or {name: size for name in DRIFTS if np.any(size := getattr(navigation, name))}
-    # of groups of AUVs that say themselves how they drift, what is said of all is none of theirs
+    # groups with navigation keys of their own ignore the common ones
     others = [
         group
         for group in setup.groups
@@ -198,7 +194,7 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _worse_fixes(usbl: UsblSection) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield what may be worse of fixes: errors that last, and arrays that are mounted askew."""
+    """Yield worse conditions of fixes: slow errors, and misaligned arrays."""
     share, lasts, off = max(usbl.slow_share, SLOW), SLOW_S, ASKEW_DEG
     if share == usbl.slow_share and lasts <= usbl.correlation_s:
         lasts = LONGER * usbl.correlation_s
@@ -214,8 +210,8 @@ def _rounded(value: float, digits: int) -> float:
 
 
 def _assumed(team: Team, changed: Keys) -> list[dict[str, Any]]:
-    """Return the key that leaves a team's filter as it is planned where other keys are changed, and
-    the one by which it knows them; {} alone where it models none of them.
+    """Return the keys that keep a team's filter as planned under `changed` keys, and those by which
+    it knows of them; {} alone if the filter models none.
     """
     navigation = team.scenario.navigation
     names = {key: key.split(".") for key in changed}
@@ -233,7 +229,7 @@ def _assumed(team: Team, changed: Keys) -> list[dict[str, Any]]:
 
 
 def _kept(team: Team) -> dict[str, Any]:
-    """Return what keeps a ring where it is, since by default it grows with the HF range."""
+    """Return the keys that keep a ring's radius, which by default grows with the HF range."""
     asked = team.scenario.asvs.formation.moored
     if asked is None or asked.is_placed or asked.radius_m is not None or team.asvs <= 1:
         return {}
@@ -242,9 +238,10 @@ def _kept(team: Team) -> dict[str, Any]:
 
 
 def _lost(team: Team) -> list[Doubt]:
-    """Return the team without the vessel that is predicted to be missed most, and with that vessel
-    until half of the mission is over; of vessels that move, which are told where to go anew, with
-    the first until then.
+    """Return the team without its most important vessel, as predicted, and with it until halfway.
+
+    Of vessels that move, which are not predicted, and of a single one, the first is lost halfway
+    only.
     """
     if not team.is_moored and not team.moves:
         return []
@@ -257,7 +254,7 @@ def _lost(team: Team) -> list[Doubt]:
     found = [rests[lost]] if rests else []
     failures = [failure.model_dump(mode="json") for failure in team.scenario.asvs.failures]
     halfway = team.scenario.duration_s / 2
-    after = {"record.metrics_from_s": halfway}  # or the time before would hide it
+    after = {"record.metrics_from_s": halfway}  # else the first half would hide the loss
     keys = {"asvs.failures": [*failures, {"asv": lost, "at_s": halfway}], **after}
     fails, without = team.changed(keys), team.changed(after)
     if fails is not None and without is not None:
@@ -267,14 +264,14 @@ def _lost(team: Team) -> list[Doubt]:
 
 
 def teams_of(conditions: Sequence[Doubt]) -> list[Team]:
-    """Return the teams that are flown: those in the conditions, and after them those without."""
+    """Return the teams to simulate: those in the conditions, then those without."""
     without = [condition.without for condition in conditions if condition.without is not None]
     return [*(condition.team for condition in conditions), *without]
 
 
 def cost_of(conditions: Sequence[Doubt]) -> str:
-    """Return in words how many missions it takes to fly conditions, and what is without them."""
-    without = 1 + len(teams_of(conditions)) - len(conditions)  # the answer itself among these
+    """Return in words how many missions the conditions take, with their comparisons."""
+    without = 1 + len(teams_of(conditions)) - len(conditions)  # including the answer
     least = (len(conditions) + without) * min(SPENT)
     most = sum(min(SPENT) if condition.known else SEEDS for condition in conditions)
     most += without * SEEDS
@@ -287,13 +284,12 @@ def doubted(
     sample: Sample,
     answer: Callable[[Sequence[int]], Floats],
 ) -> list[dict[str, Any]]:
-    """Fly a team in each condition until it is known whether the goals are still met, and at the
-    same seeds without it; return the rows `sensitivity` of `plan.json`.  With filters that know of
-    it, which no crew can count on, it is flown with the fewest seeds.
+    """Simulate a team in each condition, and without it on the same seeds, until it has a verdict.
 
-    `sample` flies :func:`teams_of` the conditions, `answer` the answer at some seeds (numbers).
-    Rows are of those that were flown, which are all unless these return too few missions.  `met` is
-    None where it is not certain; without a condition of its own the answer surely meets them.
+    Returns the rows `sensitivity` of `plan.json`.  Conditions that the filter knows of, which no
+    crew can rely on, get the fewest seeds.  `sample` simulates :func:`teams_of` the conditions,
+    `answer` the answer at seeds (numbers); if they return too few missions, rows are missing.
+    `met` is None if undecided; the answer itself meets the goals.
     """
     looks = looks_at_each(CONFIDENCE, len(goals))
     evidence = Evidence(len(conditions), goals, looks, 0.0, sample)
@@ -339,7 +335,7 @@ def doubted(
 
 
 def _surely_met(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> bool | None:
-    """Tell whether goals are met wherever in their intervals means lie; None where it depends."""
+    """Tell whether goals are met over the whole intervals of their means; None if undecided."""
     pairs = zip(goals, estimates, strict=True)
     ends = [[excess(goal, end) for end in (mean.low, mean.high)] for goal, mean in pairs]
     if any(min(both) > 0.0 for both in ends):
@@ -348,7 +344,7 @@ def _surely_met(goals: Sequence[Goal], estimates: Sequence[Estimate]) -> bool | 
 
 
 def became_of(case: Mapping[str, Any]) -> str:
-    """Return what becomes of the goals in a condition, as it is recorded."""
+    """Return the verdict of a recorded condition in words."""
     met = case.get("met")
     if met is False and (case.get("as_planned") or {}).get("met") is False:
         return "not met, nor without it"
@@ -358,16 +354,15 @@ def became_of(case: Mapping[str, Any]) -> str:
 def by_surprise(
     cases: Sequence[Mapping[str, Any]],
 ) -> list[tuple[Mapping[str, Any], Mapping[str, Any] | None]]:
-    """Return each condition of which filters do not know, as it is recorded, with the same where
-    they do, if it was flown.
-    """
+    """Return each recorded condition unknown to filters, with its known case if simulated."""
     known = {case.get("what"): case for case in cases if case.get("known")}
     return [(case, known.get(case.get("what"))) for case in cases if not case.get("known")]
 
 
 def plainly(estimates: Sequence[Estimate]) -> dict[str, list[float | None]]:
-    """Return means, the ends of their intervals and shares of missions that miss the goal as plain
-    data, one for each goal; no shares where they were not counted.
+    """Return means, interval ends and shares of missed missions as lists over goals.
+
+    Shares are left out if none was counted.
     """
     counted = any(isfinite(estimate.missed) for estimate in estimates)
     return {

@@ -1,6 +1,4 @@
-"""The missions of a plan: a campaign whose missions are flown when the plan asks for them, the
-values of goals in its rows, and what a plan may take.
-"""
+"""The missions of a plan: a campaign that grows on demand, its goals' values, and the budget."""
 
 import math
 import os
@@ -37,7 +35,7 @@ AUVS = "auvs"
 
 
 def wanted(goals: Sequence[Goal]) -> dict[str, list[str]]:
-    """Return the columns that goals are judged by, of AUVs and of missions.
+    """Return the columns that the goals need from the tables of AUVs and of missions.
 
     >>> wanted([Goal("position_error_m", below=1.0), Goal("area_covered_share", above=0.9)])
     {'auvs': ['position_error_m'], 'missions': ['area_covered_share']}
@@ -48,7 +46,7 @@ def wanted(goals: Sequence[Goal]) -> dict[str, list[str]]:
 
 
 def values(goals: Sequence[Goal], rows: Sequence[Mapping[str, Any]]) -> Floats:
-    """Return the goals' values (k, g) of k missions; nan where one failed or has none."""
+    """Return the goals' values (k, g) of k missions; nan where a mission failed or has none."""
     found = [[_value(goal, row) for goal in goals] for row in rows]
     return np.array(found, float).reshape(len(rows), len(goals))
 
@@ -65,30 +63,30 @@ def _value(goal: Goal, row: Mapping[str, Any]) -> float:
     return np.nan if value is None else float(value)
 
 
-# Under it a mission's row has those of the same mission with each loss of vessels.
+# Under this key a mission's row holds the rows of the same mission with each loss of vessels.
 LOST = "lost"
 
 Pair = tuple[int, int]  # the number of a point, and that of a seed in its list
 
-# Batches are written when their share is flown, or after so long (s): each costs some files.
+# A batch is written when its share is done, or after this time (s), since it costs some files.
 BATCH_S = 2.0
 
-# Of one table of a part, the columns that are wanted of each mission.
+# The wanted columns of each table.
 Wanted = Mapping[str, Sequence[str]]
 
-# By the number of a point, those that are the same with vessels lost
+# From the number of a point to the points with each loss of its vessels
 Losses = Mapping[int, Sequence[int]]
 
 
 class Stopped(KeyboardInterrupt):
-    """Ctrl-C: what was flown is kept."""
+    """Ctrl-C; finished missions are kept."""
 
 
 class Flights:
-    """The missions of an experiment that are flown so far, and the workers who fly more.
+    """The finished missions of an experiment, and the workers who simulate more.
 
-    `asked` are the columns that are read: of missions by their names, and of AUVs.  `note` hears of
-    missions as they end.  `losses` are the points that are others with vessels lost.
+    `asked` are the wanted columns by table.  `note` receives the rows of missions as they end.
+    `losses` maps a point to the points with each loss of its vessels.
     """
 
     def __init__(
@@ -110,13 +108,13 @@ class Flights:
 
     @property
     def failed(self) -> str:
-        """How many missions failed, and why; empty where none did."""
+        """How many missions failed, and why; "" without failures."""
         failed = counted(sum(not row for row in self._rows.values()), "mission")
         why = failed_because(self.campaign.folder)
         return f"{failed} failed{why}" if why else ""
 
     def lacking(self, pairs: Sequence[Pair], lost: bool = False) -> int:
-        """Return how many missions have not been flown, with vessels `lost` as well."""
+        """Return how many of these missions are missing, with those of `lost` vessels if asked."""
         return len({n for pair in pairs for n in self._numbers(pair, lost)} - self._rows.keys())
 
     def rows(
@@ -126,12 +124,11 @@ class Flights:
         most: int | None = None,
         lost: bool = False,
     ) -> list[dict[str, Any]]:
-        """Return the columns of missions, which are flown where that has not been done, and with
-        vessels `lost` as well.
+        """Return the columns of missions, after simulating the missing ones.
 
-        A failed mission is an empty row; columns of AUVs are lists.  `until` is the instant (by
-        `time.monotonic`) at which no further mission is begun, `most` how many are flown; if either
-        is not enough, the rows are those of the first missions alone, up to one that was not flown.
+        With `lost` each row also holds the missions with losses.  A failed mission is an empty row;
+        columns of AUVs are lists.  No mission begins after `until` (s, by `time.monotonic`), and at
+        most `most` are simulated; the rows then end before the first missing mission.
 
         Raises:
             Stopped: when the user interrupted them.
@@ -146,12 +143,12 @@ class Flights:
         return [self._row(own) for own in flown]
 
     def _row(self, numbers: Sequence[int]) -> dict[str, Any]:
-        """Return the row of a mission, and in it those with each loss."""
+        """Return the row of a mission, with those of its losses under LOST."""
         whole, *lost = (self._rows[number] for number in numbers)
         return {**whole, LOST: lost} if whole and lost else whole
 
     def _numbers(self, pair: Pair, lost: bool) -> list[int]:
-        """Return the number of a mission, and those with each loss."""
+        """Return the number of a mission, and those of its losses."""
         point, seed = pair
         seeds = len(self.campaign.plan.experiment.seeds)
         points = (point, *(self._losses.get(point, ()) if lost else ()))
@@ -162,13 +159,13 @@ class Flights:
         supervisor = Supervisor(plan, folder, self._pool, self._note, shortest_batch_s=BATCH_S)
         with interruptible(supervisor.stop) as interrupts:
             supervisor.run(np.array(missing, np.int64), until)
-        clean(folder)  # a stop is no longer asked for
+        clean(folder)  # remove the request to stop
         self._take_in()
         if interrupts:
             raise Stopped
 
     def _take_in(self) -> None:
-        """Read the rows of parts that were not there before."""
+        """Read the rows of new parts."""
         folder = self.campaign.folder
         for part in set(committed(folder)) - self._read:
             self._read.add(part)
@@ -201,12 +198,13 @@ def flights(
     limit_m: float | None = None,
     losses: Losses = MappingProxyType({}),
 ) -> Iterator[Flights]:
-    """Yield the missions of an experiment in a folder, which may hold some of them already; its
-    record says which mean error (m) is asked of every AUV.  `losses` are the points that are others
-    with vessels lost.
+    """Yield the missions of an experiment in a folder, which may hold some of them already.
+
+    `limit_m` is the mean error (m) that every AUV should keep, for the folder's record.  `losses`
+    maps a point to the points with each loss of its vessels.
 
     Raises:
-        CampaignError: when the folder holds other missions, or another process flies them.
+        CampaignError: when the folder holds other missions, or another process works in it.
         NotWritten: when the folder cannot be written.
     """
     plan = ExperimentPlan(experiment)
@@ -221,18 +219,18 @@ def flights(
 
 
 def local_workers(count: int | None) -> AbstractContextManager[WorkerPool]:
-    """Return workers of this machine while they are needed, one for each CPU unless told."""
+    """Return a context with worker processes on this machine, by default one for each CPU."""
     return at_work(pool_for("local", count or os.cpu_count() or 1))
 
 
 def limit_of(goals: Sequence[Goal]) -> float | None:
-    """Return which mean error (m) goals ask of the worst AUV, if they do."""
+    """Return the goals' limit of the worst AUV's mean error (m), or None."""
     return next((goal.below for goal in goals if goal.metric == "position_error_m"
                  and goal.of == "worst"), None)  # fmt: skip
 
 
 def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
-    """Return the campaign of a plan in a folder that holds it, or nothing yet."""
+    """Return the campaign of a plan in its folder, which may be new."""
     if not (folder / RECORD).exists():
         return laid_out(plan, folder)
     before = unfinished_campaign(folder)
@@ -246,11 +244,10 @@ def _campaign(plan: ExperimentPlan, folder: Path) -> Campaign:
 
 
 class Budget:
-    """How many missions of a plan may still be flown, and for how long (s); None: as many, and as
-    long, as its rule takes.
+    """How many missions a plan may still simulate, and for how long (s); None means no limit.
 
-    Time counts while missions are flown, so that compiling and predicting take nothing of it.
-    `cut_by` is the option that left missions unflown, empty while none did; `best` is told besides.
+    Time counts only while missions run, not while the plan compiles or predicts.  `cut_by` is the
+    option that stopped the plan, or ""; `best` is text for the progress line.
     """
 
     def __init__(self, question: Question, *, quiet: bool) -> None:
@@ -265,8 +262,9 @@ class Budget:
         self._line = ProgressLine(quiet=quiet)
 
     def sample(self, missions: Flights, goals: Sequence[Goal], pairs: Sequence[Pair]) -> Floats:
-        """Return the goals' values of missions, which are flown where that has not been done; of
-        the first of them only where the budget is not enough for all.
+        """Return the goals' values (k, g) of missions after simulating the missing ones.
+
+        If the budget does not suffice, only the first missions are returned.
         """
         self._began, before = monotonic(), self._took
         until = math.inf if self._seconds is None else self._began + self._seconds - before
@@ -285,7 +283,7 @@ class Budget:
         return values(goals, rows)
 
     def begin(self, what: str) -> None:
-        """Say what is done from now on."""
+        """Show on the progress line what the plan does from now on."""
         self._doing = what
         self._line.tell(self._text)
 
@@ -295,7 +293,7 @@ class Budget:
         self._line.tell(self._text)
 
     def end(self) -> None:
-        """End the line."""
+        """End the progress line."""
         self._line.end(self._text)
 
     def _text(self) -> str:

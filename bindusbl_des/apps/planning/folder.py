@@ -1,4 +1,4 @@
-"""The folder of a plan: what is asked in it, and whether it can be begun, continued or replaced."""
+"""The folder of a plan: its question, and whether to begin, continue or replace the plan."""
 
 import json
 import shutil
@@ -27,15 +27,15 @@ COMPLETE, CUT = "complete", "cut"
 
 
 class PlanError(CampaignError):
-    """A plan's folder cannot be begun, continued or read; the message says why and what to do."""
+    """A plan's folder cannot be begun, continued or read; the message says why, and the remedy."""
 
 
 def begin(question: Question, folder: Path, *, force: bool = False) -> Question:
-    """Make the folder of a plan, or find it as it was left; return the question, its files there.
+    """Create the folder of a plan, or open one to continue; return the question as kept there.
 
     Raises:
-        CampaignError: when no folder can have its name.
-        PlanError: when it holds something else, or a plan that is finished.
+        CampaignError: when no folder can have this name.
+        PlanError: when it holds something else, or a finished plan.
         OSError: when it cannot be written.
     """
     check_name(folder)
@@ -73,7 +73,7 @@ def is_plan_folder(folder: Path) -> bool:
 
 
 def shown_first(record: Mapping[str, Any]) -> int | None:
-    """Return the candidate that a plan speaks of and draws: the answer, or else the nearest."""
+    """Return the number of the candidate that a plan draws: the answer, or else the nearest."""
     runners = record.get("runners_up") or []
     if record.get("chosen") is not None:
         return int(record["chosen"])
@@ -81,9 +81,11 @@ def shown_first(record: Mapping[str, Any]) -> int | None:
 
 
 class DrawnTeam(NamedTuple):
-    """The team that a plan's page draws: which it is in words, its number among the candidates and
-    what it is in words, what the plan says of it, its goals and doubts as they are recorded, and
-    the ways (n, 2), m, of ASVs that move.
+    """The team that a plan's page draws.
+
+    `whose` tells whether it is the answer, `number` its place among the candidates, `team` its
+    words, `told` the plan's sentence on it, `goals` and `doubts` the recorded ones, and `ways` the
+    tracks (n, 2; m) of ASVs that move.
     """
 
     scenario: Scenario
@@ -100,7 +102,7 @@ def drawn_team(folder: Path) -> DrawnTeam:
     """Return the team that a plan's page draws.
 
     Raises:
-        PlanError: when nothing was flown yet, or a file cannot be used.
+        PlanError: when no team was simulated yet, or a file cannot be used.
     """
     shown = None
     with _undamaged(folder):
@@ -123,10 +125,10 @@ def drawn_team(folder: Path) -> DrawnTeam:
 
 
 def resumed(folder: Path) -> Question:
-    """Return what is asked in a plan's folder.
+    """Return the question of a plan's folder.
 
     Raises:
-        PlanError: when there is nothing, it was edited, or another version asked it.
+        PlanError: when there is none, it was edited, or another version wrote it.
     """
     record = _record(folder)
     if record is None:
@@ -158,7 +160,7 @@ def _question(record: dict[str, Any], folder: Path) -> Question:
 
 
 def _record(folder: Path) -> dict[str, Any] | None:
-    """Return what is asked in a folder; None where it is no plan's."""
+    """Return the recorded question of a folder; None if it is no plan's folder."""
     if not is_plan_folder(folder):
         return None
     with _undamaged(folder):
@@ -169,7 +171,7 @@ def _record(folder: Path) -> dict[str, Any] | None:
 
 @contextmanager
 def _undamaged(folder: Path) -> Iterator[None]:
-    """Say of a file that lacks something, or holds something else, that it cannot be used."""
+    """Raise PlanError for a file that lacks a value or holds a wrong one."""
     try:
         yield
     except (AttributeError, LookupError, OSError, TypeError, ValueError) as error:
@@ -180,7 +182,7 @@ def _undamaged(folder: Path) -> Iterator[None]:
 
 
 def _status(folder: Path) -> str:
-    """Return the status of what was found; empty where nothing was yet."""
+    """Return the recorded status of a plan; "" if there is none yet."""
     try:
         return str(read_json(folder / PLAN)["status"])
     except (OSError, ValueError, LookupError, TypeError):
@@ -188,10 +190,10 @@ def _status(folder: Path) -> str:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a plan, if there is nothing else in its folder.
+    """Remove a plan, if its folder holds nothing else.
 
     Raises:
-        PlanError: naming what else there is.
+        PlanError: naming other files in it.
     """
     foreign = sorted(
         path.name for path in folder.iterdir() if path.name not in OURS or path.is_symlink()
@@ -199,6 +201,6 @@ def _remove(folder: Path) -> None:
     if foreign:
         named = ", ".join(foreign[:3])
         raise PlanError(f"{folder}: holds {named}, which no plan wrote, so it is not replaced")
-    (folder / QUESTION).unlink()  # what is left of it is none
+    (folder / QUESTION).unlink()  # first, since without it the rest is no plan
     for path in folder.iterdir():
         shutil.rmtree(path) if path.is_dir() else path.unlink()

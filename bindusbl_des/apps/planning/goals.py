@@ -1,4 +1,4 @@
-"""What is asked of a team: a metric of each mission's worst AUV, or of others, within a limit."""
+"""Goals of a plan: a metric of each mission's worst AUV, or of others, with a limit."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -21,10 +21,10 @@ from ...support.wording import described, did_you_mean, plain, refuse, significa
 Of = float | Literal["worst", "mean"]
 
 OF_AUVS = tuple(field.name for field in fields(AuvMetrics) if field.name != "auv")
-# What only a mission as a whole has; collisions are counted of AUVs, too, and meant so.
+# Metrics of whole missions alone; collisions are also an AUV's metric, which is the one meant.
 OF_MISSIONS = tuple(field.name for field in fields(Utilisation) if field.name not in OF_AUVS)
 
-# Of what only a mission has: whether less of it is better.
+# Whether a smaller value is better, also of whole missions.
 LESS_IS_BETTER = {
     **WORST_IS_LARGEST,
     "energy_j": True,
@@ -39,21 +39,22 @@ LESS_IS_BETTER = {
 }
 KEYS = ("metric", "below", "above", "of", "lost")
 
-# More vessels than these are not lost at once.
+# The most vessels that may be lost at once.
 MOST_LOST = 20
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A metric of the tables `auvs` or `mission` that is to be at most, or at least, so much.
+    """A metric of the tables `auvs` or `mission` that should stay `below` or `above` a limit.
 
-    `of` says which AUV of a mission is judged: its "worst" one, the "mean" of all, or the worst
-    that is left of a share of them (0.9: of nine in ten).  What only the mission as a whole has
-    (`area_covered_share`) is judged itself.  It is to hold where any `lost` of the vessels are
-    lost, from the start on or halfway: missions are flown with each loss, and count by the worst.
+    `of` selects the AUV that is judged: the "worst", the "mean" of all, or the worst within a share
+    of the AUVs (0.9: of the best nine in ten).  A metric of the whole mission
+    (`area_covered_share`) is judged itself.  With `lost` the goal must hold with any so many
+    vessels lost, from the start or from halfway: missions are simulated with each loss, and the
+    worst counts.
 
     Raises:
-        ValueError: when there is no such metric, no one limit, or the limit is on the wrong side.
+        ValueError: when there is no such metric, not just one limit, or a limit on the wrong side.
     """
 
     metric: str
@@ -66,7 +67,7 @@ class Goal:
         known = (*OF_AUVS, *OF_MISSIONS)
         if self.metric not in known:
             asked = self.metric.removeprefix(WORST)
-            # of several that are about errors, the one that plans are mostly judged by
+            # of several similar names, suggest the metric that plans mostly use
             hint = did_you_mean(asked, ("position_error_m", *known))
             hint = hint or METRICS_ARE
             raise ValueError(f"no metric {self.metric!r}{hint}")
@@ -104,21 +105,21 @@ class Goal:
 
     @property
     def limit(self) -> float:
-        """The value that is to be reached at least, or kept at most, in the metric's unit."""
+        """The upper or lower limit, in the metric's unit."""
         limit = self.below if self.below is not None else self.above
         assert limit is not None
         return limit
 
     @property
     def is_of_auvs(self) -> bool:
-        """Whether the metric is a column of `auvs`, and not only one of `mission`."""
+        """Whether the metric is a column of table `auvs`."""
         return self.metric in OF_AUVS
 
     def of_fleets(self, values: Floats) -> Floats:
-        """Return the value (k,) of each of k missions, of the metric of its n AUVs (k, n).
+        """Return the goal's value (k,) of k missions from the metric of their n AUVs (k, n).
 
-        nan is an AUV without a value, which is worse than any: so is then the mission's, unless the
-        share of AUVs that is judged has values without it.
+        An AUV without a value (nan) counts as the worst; the result is then nan, unless the judged
+        share excludes that AUV.
         """
         if self.of == "mean":
             return np.asarray(values.mean(axis=1), np.float64)
@@ -129,14 +130,14 @@ class Goal:
         return np.asarray(sign * best_first[:, last], np.float64)
 
     def record(self) -> dict[str, Any]:
-        """Return the goal as it is written in files: metric, below or above, of."""
+        """Return the goal as in files: metric, below or above, of, and lost if any."""
         side = "below" if self.is_below else "above"
         lost = {"lost": self.lost} if self.lost else {}
         return {"metric": self.metric, side: self.limit, "of": self.of, **lost}
 
     @property
     def name(self) -> str:
-        """The metric, and how many vessels are lost where any are.
+        """The metric, with the number of lost vessels if any.
 
         >>> Goal("position_error_m", below=2.0, lost=1).name
         'position_error_m with any ASV lost'
@@ -161,13 +162,13 @@ class Goal:
 
 
 def goal_of(written: str, is_below: bool = True, of: Of = "worst") -> Goal:
-    """Return the goal of METRIC=VALUE, as an option of the command line has it.
+    """Return the goal written METRIC=VALUE, as on the command line.
 
     >>> goal_of("position_error_p95_m=1")
     Goal(metric='position_error_p95_m', below=1.0, above=None, of='worst', lost=0)
 
     Raises:
-        ValueError: when it is not written so, or is no goal.
+        ValueError: when the text has another form, or is no goal.
     """
     metric, equals, value = (part.strip() for part in written.partition("="))
     try:
@@ -182,7 +183,7 @@ def goal_of(written: str, is_below: bool = True, of: Of = "worst") -> Goal:
 
 
 def goals_in(written: object) -> tuple[Goal, ...]:
-    """Return the goals of a plan's file: one mapping of metric, below or above, and of, or a list.
+    """Return the goals of a plan's file: one mapping of metric, below or above, and of; or a list.
 
     >>> goals_in({"metric": "hf_coverage", "above": 0.9, "of": "mean"})
     (Goal(metric='hf_coverage', below=None, above=0.9, of='mean', lost=0),)
@@ -196,10 +197,10 @@ def goals_in(written: object) -> tuple[Goal, ...]:
 
 
 def goal_in(written: object, where: str = "goal") -> Goal:
-    """Return the goal of one mapping; what is wrong with it begins with its place.
+    """Return the goal of one mapping; errors begin with `where`, its place in the file.
 
     Raises:
-        ValueError: when it is none.
+        ValueError: when the mapping is no goal.
     """
     if not isinstance(written, Mapping):
         example = "such as {metric: position_error_p95_m, below: 1}"
@@ -229,7 +230,7 @@ def goal_in(written: object, where: str = "goal") -> Goal:
 
 
 def limits_text(goals: Sequence[Goal]) -> str:
-    """Return the goals in words, one after the other.
+    """Return the goals in words.
 
     >>> limits_text([Goal("position_error_p95_m", below=1.0)])
     'position_error_p95_m of the worst AUV at most 1 m'
@@ -238,7 +239,7 @@ def limits_text(goals: Sequence[Goal]) -> str:
 
 
 def unit_of_goal(goal: Goal) -> str:
-    """Return the unit of a goal's metric; empty where it is a share or a count."""
+    """Return the unit of a goal's metric; "" for shares and counts."""
     return "" if unit_of(goal.metric) in ("share", "count") else unit_of(goal.metric)
 
 

@@ -1,7 +1,7 @@
-"""Where few ASVs serve the AUVs of a scenario best: in a regular formation, or each by itself.
+"""Best positions of a few ASVs for a scenario's AUVs: in a regular formation, or freely chosen.
 
-Nothing is simulated here: places are judged by which AUVs are heard along their planned paths, by
-what ranges and bearings tell of AUVs there, or by the error that is predicted.
+Nothing is simulated: positions are judged by the share of planned paths in range, by the Fisher
+information of ranges and bearings there, or by the predicted error.
 """
 
 import math
@@ -20,26 +20,26 @@ from .prediction.inputs import Inputs
 from .prediction.predicting import predict
 from .prediction.sights import ExpectedSights, located, looked_up, seen
 
-# What a placement of ASVs is worth, without simulation: a number, the less the better.
+# The names of functions that judge a placement of ASVs; the smallest value is best.
 Objective: TypeAlias = Literal["coverage", "information", "error"]
-#: What places (m, 2), m, are worth.
+#: A function that judges positions (m, 2; m).
 Value: TypeAlias = Callable[[Floats], float]
 
-# The worst AUV counts most, then all of them, then how near they are to their ASVs, in reaches.
+# Weights of all AUVs, and of their distances in reaches, beside the worst AUV's weight of 1.
 OF_ALL, OF_WAY = 0.1, 1e-3
-# The share of signals that are decoded at what counts as the reach of a channel without a limit.
+# The reach of a channel without a limit is the distance where it decodes this share of signals.
 REACHED = 0.5
-# From here (m) no ASV hears any AUV.
+# A position (m) out of range of all AUVs.
 NOWHERE = ((1e7, 1e7),)
-# No estimate is surer than this (m2): priors of AUVs that have just been launched
+# The smallest prior variance (m2), of AUVs just after their launch.
 SUREST_M2 = 1e-6
 
 
 def objective_of(name: Objective, inputs: Inputs) -> Value:
-    """Return the function of places that an objective names, for what is predicted.
+    """Return the function of positions that an objective names.
 
     Raises:
-        ValueError: for an objective that there is not.
+        ValueError: when there is no such objective.
     """
     known = {"coverage": _unserved, "information": _unknown, "error": _predicted}
     if name not in known:
@@ -48,8 +48,9 @@ def objective_of(name: Objective, inputs: Inputs) -> Value:
 
 
 def reach_of(inputs: Inputs) -> float:
-    """Return how far (m), seen from above, ASVs hear the deepest AUV; half of its pings, or more,
-    where the channel knows no limit.
+    """Return the horizontal distance (m) at which ASVs hear the deepest AUV.
+
+    For a channel without a range it is where half of the pings are decoded.
     """
     hf, deepest = inputs.hf, float(inputs.ways.depths_m.max())
     slant = hf.range_m
@@ -62,7 +63,7 @@ def reach_of(inputs: Inputs) -> float:
 
 
 def _unserved(inputs: Inputs) -> Value:
-    """Judge by the share of their ways on which AUVs are heard and told of it."""
+    """Judge by the share of paths on which AUVs get no fix."""
     reach = max(reach_of(inputs), 1.0)
 
     def value(places: Floats) -> float:
@@ -75,7 +76,7 @@ def _unserved(inputs: Inputs) -> Value:
 
 
 def _unknown(inputs: Inputs) -> Value:
-    """Judge by what is left unknown by one fix after dead reckoning alone."""
+    """Judge by the mean variance (m2) after one fix on top of dead reckoning."""
     alone = predict(inputs, NOWHERE).error_over_time
     prior = 2.0 / np.maximum(alone**2, 2.0 * SUREST_M2)  # of each axis
 
@@ -99,7 +100,7 @@ def _predicted(inputs: Inputs) -> Value:
 
 
 def _delivered(inputs: Inputs, sights: ExpectedSights) -> Floats:
-    """Return how likely AUVs decode a frame (n, k), whichever ASV broadcasts it."""
+    """Return the probability (n, k) that an AUV decodes the frame with its fix."""
     access, delivered = inputs.access, sights.delivered
     replies = access.downlink.replies
     if access.ranging.asvs_ping or (replies and not access.replies_in_frames):
@@ -112,12 +113,12 @@ def _delivered(inputs: Inputs, sights: ExpectedSights) -> Floats:
     return np.asarray(delivered.mean(axis=2))
 
 
-# Formations tried at first: radii up to the widest, and angles between two that look alike.
+# The first grid of formations: radii up to the widest, angles within the formation's symmetry.
 RADII, ANGLES = 12, 8
-# The best so many of them are improved, to this share of the widest radius, in so many steps.
+# How many of them are improved, to which share of the widest radius, in at most how many steps.
 IMPROVED, FINELY, MOST_ASKED = 3, 1e-7, 400
-# A placement is improved by steps of this share of the reach at first, to this length (m) in the
-# end, and in so many trials for each of its numbers at most.
+# Free positions improve by steps from this share of the reach down to this length (m), in at most
+# so many trials for each coordinate.
 STEP, FINELY_M, TRIALS = 0.25, 0.05, 40
 # Rings are improved to this share of the widest.
 FINE_RING = 1e-3
@@ -129,9 +130,9 @@ def best_ring(
     objective: Objective | Value = "coverage",
     inputs: Inputs | None = None,
 ) -> tuple[float, float]:
-    """Return radius (m) and angle (deg) of the regular formation of `count` ASVs that is best.
+    """Return radius (m) and angle (deg) of the best regular formation of `count` ASVs.
 
-    Its middle is that of the survey, its radius at most the way to the farthest corner.  Arguments
+    Its centre is the survey's, its radius at most the distance to the farthest corner.  Arguments
     and errors are those of :func:`free_places`.
     """
     value = _value(setup, objective, inputs)
@@ -142,7 +143,7 @@ def best_ring(
 
 
 class Ring(NamedTuple):
-    """A regular formation: its radius (m), the angle (rad) of its first vessel, and its worth."""
+    """A regular formation: its radius (m), the angle (rad) of its first vessel, and its value."""
 
     radius: float
     angle: float
@@ -157,12 +158,11 @@ def least_ring(
     *,
     finely: float = FINELY,
 ) -> Ring:
-    """Return the regular formation of `count` vessels whose `value` is least.
+    """Return the regular formation of `count` vessels whose `value` is smallest.
 
-    `value` takes places (count, 2), m.  Radii up to the `widest` (m) and angles are tried on a
-    grid, and the best improved (:func:`...core.geometry.placement.descended`) to a share `finely`
-    of the widest radius; no formation is wider than that, nor turned by more than to the one that
-    looks alike.
+    `value` takes positions (count, 2; m).  A grid of radii up to the `widest` (m) and of angles
+    within the formation's symmetry is tried, and the best are improved
+    (:func:`...core.geometry.placement.descended`) to the share `finely` of the widest radius.
     Raises ValueError as :func:`...core.geometry.formation.formation` does.
     """
     if count <= 1:
@@ -183,7 +183,7 @@ def least_ring(
 
 
 def _steps(count: int, *, closed: bool = False) -> Floats:
-    """Return so many shares of 1 from 0 on, the last included if `closed`."""
+    """Return `count` even steps from 0 to 1, or from 0 through 1 if `closed`."""
     return np.linspace(0.0, 1.0, count + closed, endpoint=closed)
 
 
@@ -193,29 +193,28 @@ def free_places(
     objective: Objective | Value = "coverage",
     inputs: Inputs | None = None,
 ) -> Floats:
-    """Return the places (count, 2), m, from which `count` ASVs serve the AUVs' ways best.
+    """Return the positions (count, 2; m) from which `count` ASVs serve the AUVs best.
 
-    What is best says the objective, or a function of places (count, 2) whose value is to be least:
+    The objective is a function of positions (count, 2), whose smallest value is best, or one of:
 
-    * `coverage`: the share of its way on which an AUV is served, of the worst AUV and of all;
-    * `information`: the mean over all ways of tr (P^-1 + J)^-1, P the covariance of dead reckoning
-      alone until then and J the Fisher information of range and bearing of the ASVs, each by how
-      likely it hears the AUV;
+    * `coverage`: the share of its path on which an AUV is served, of the worst AUV and of all;
+    * `information`: the mean over all paths of tr (P^-1 + J)^-1, P the covariance of dead reckoning
+      alone until then, J the Fisher information of range and bearing, weighted with the probability
+      that each ASV hears the AUV;
     * `error`: the predicted error of the worst AUV, `position_error_p95_m`.
 
-    It begins with the best ring, with every place as near as possible (k centres) and, where that
-    is too far, with most places heard, and descends from the best of these to a minimum nearby.
-    `inputs` are those of the scenario's prediction, where they are known already.  The same
-    scenario has the same places.
+    The search begins with the best of three placements: the best ring, k centres, and, if those are
+    out of reach, most path points covered; it descends to a local minimum.  `inputs` are those of
+    the scenario's prediction, if known already.  Equal scenarios get equal positions.
 
     Raises:
-        ValueError: for less than one ASV, an objective that there is not, and as
+        ValueError: for less than one ASV, an unknown objective, and as
             :func:`.prediction.gathering.inputs_of` does.
     """
     inputs = inputs or inputs_of(setup)
     value = _value(setup, objective, inputs)
     starts = _starts(setup, count, value, inputs)
-    if (closed := setup.closed) is not None:  # those ashore begin at the nearest water
+    if (closed := setup.closed) is not None:  # move positions ashore to the nearest water
         starts = [np.array([closed.afloat((x, y)) for x, y in start.tolist()]) for start in starts]
     start = min(starts, key=value)
     step = STEP * max(reach_of(inputs), FINELY_M)
@@ -238,7 +237,7 @@ def _value(setup: Setup, objective: Objective | Value, inputs: Inputs | None) ->
 
 
 def _starts(setup: Setup, count: int, value: Value, inputs: Inputs) -> list[Floats]:
-    """Return placements (count, 2), m, from which a better one may be near."""
+    """Return placements (count, 2; m) from which to search."""
     radius, angle = best_ring(setup, count, value, inputs)
     ring = formation(count, radius, math.radians(angle)) + setup.area.centroid
     ways, reach = inputs.ways.places_m.reshape(-1, 2), reach_of(inputs)

@@ -1,4 +1,4 @@
-"""The page of a plan: the answer, a chart of each team, what was simulated, and what if."""
+"""The page of a plan: the answer, a chart of each team, simulated values, and worse conditions."""
 
 import json
 import math
@@ -28,15 +28,15 @@ from .prediction.forecast import Forecast
 
 Record = Mapping[str, Any]
 
-# A reader takes in so many numbers at a glance.
+# The most numbers shown in large type.
 MOST_TILES = 4
 
-# Where one asks for a share of the AUVs, and where for a statistic of all of them.
+# Words for the AUVs that a goal judges.
 WHOSE = {"worst": "worst AUV", "mean": "mean of the AUVs"}
 
 
 def units(metric: str) -> dict[str, Any]:
-    """Return words, unit and factor (what is shown of a unit of the metric) of a metric.
+    """Return words, unit and factor (shown number per unit of the metric) of a metric.
 
     >>> units("hf_coverage")
     {'words': 'pings in HF range', 'unit': '%', 'factor': 100.0}
@@ -62,7 +62,7 @@ def of_goal(goal: Record) -> dict[str, Any]:
 
 
 def goal_text(goal: Record) -> str:
-    """Return a goal with its units in words: what, of whom, below what.
+    """Return a goal in words: whose metric, on which side of which limit.
 
     >>> goal = {"metric": "position_error_p95_m", "below": 1.0, "of": "worst"}
     >>> goal_text({**goal, **units(goal["metric"])})
@@ -76,7 +76,7 @@ def goal_text(goal: Record) -> str:
 
 
 def worded(text: str, goals: Sequence[Record]) -> str:
-    """Return what a plan says with the metrics of its goals in words.
+    """Replace the metrics of goals in a sentence of the plan by their words.
 
     >>> worded("position_error_m 0.80 m", [{"metric": "position_error_m"}])
     'mean position error 0.80 m'
@@ -87,13 +87,13 @@ def worded(text: str, goals: Sequence[Record]) -> str:
 
 
 def value_of(part: Record | None, name: str, goal: int) -> float | None:
-    """Return one number for a goal of what was predicted or simulated, None where there is none."""
+    """Return one goal's number from a predicted or simulated record; None if missing."""
     values = (part or {}).get(name) or ()
     return values[goal] if goal < len(values) else None
 
 
 def parted(simulated: Record | None, goal: int, factor: float = 1.0) -> tuple[str, str]:
-    """Return a simulated mean, and the interval that holds it: "" where it is not known.
+    """Return a simulated mean and its interval as two texts; "" for an unknown interval.
 
     >>> parted({"mean": [0.8], "low": [0.75], "high": [0.85]}, 0)
     ('0.800', '(0.750 to 0.850)')
@@ -108,7 +108,7 @@ def parted(simulated: Record | None, goal: int, factor: float = 1.0) -> tuple[st
 
 
 def interval(simulated: Record | None, goal: int, factor: float = 1.0) -> str:
-    """Return a simulated mean with the interval that holds it, in one text.
+    """Return a simulated mean and its interval as one text.
 
     >>> interval({"mean": [0.8], "low": [None], "high": [None]}, 0)
     '0.800'
@@ -126,7 +126,7 @@ def setting(key: str, value: Any) -> str:
 
 
 def named(keys: Record) -> str:
-    """Return keys and values for the eye, keys as short as they can be told apart.
+    """Return keys and values for reading, keys as short as they stay distinct.
 
     >>> named({"asvs.count": 3, "asvs.formation.radius_m": 47.5})
     'count=3, radius_m=47.5'
@@ -138,11 +138,11 @@ def named(keys: Record) -> str:
 def chart_of(
     teams: Mapping[int, Setup], moving: Mapping[int, Record] = MappingProxyType({})
 ) -> dict[str, Any]:
-    """Return what a page draws of teams, by their numbers among the candidates, as plain data.
+    """Return the drawings of teams, by their numbers among the candidates, as plain data.
 
-    `moving` are the ways of a candidate's vessels that move, as its record has them.  Under `teams`
-    there is of each what is not as that of the first, which is under `first`; under `forecasts`
-    what is predicted of each, with sentences on what that leaves out; None where nothing is.
+    `moving` maps a team to its recorded tracks if its vessels move.  `first` holds the first team's
+    drawing, `teams` how each drawing differs from it, `forecasts` the prediction of each with
+    sentences on what that leaves out, or None.
     """
     drawn = {str(n): _scene(setup, moving.get(n)) for n, setup in teams.items()}
     first = next(iter(drawn.values()))
@@ -157,9 +157,7 @@ def chart_of(
 
 
 def _scene(setup: Setup, moving: Record | None) -> dict[str, Any]:
-    """Return what is drawn of a team: the survey, the lanes of AUVs, and vessels with their reach,
-    or their ways in the mission of a seed.
-    """
+    """Return a team's drawing: survey, lanes of AUVs, vessels with their range, or their tracks."""
     ways = [[place] for place in setup.kept_stations_m]
     if moving is not None:
         ways = [way["places_m"] for way in moving["asvs"]]
@@ -192,7 +190,7 @@ def _forecast(setup: Setup) -> dict[str, Any] | None:
 
 SCRIPTS = ("saving.js", "seamap.js", "planmap.js", "pareto.js", "plan.js")
 
-# What a page makes of a record, and of a candidate, that lacks something
+# Defaults of a record, and of a candidate, that lack a value
 PLAN = {
     **{"name": "plan", "settled": True},
     **dict.fromkeys(("goal", "told", "candidates", "runners_up", "binding", "sensitivity"), ()),
@@ -207,10 +205,10 @@ CANDIDATE = {
 
 
 def plan_page(record: Record, chart: Record | None = None) -> str:
-    """Return the page of a plan as HTML, one file that asks the network for nothing.
+    """Return the page of a plan as one HTML file that loads nothing from the network.
 
-    `record` is what `plan.json` holds, `chart` what :func:`chart_of` returns of its teams; without
-    it nothing is drawn, and the page says so.  What the record lacks, the page leaves out.
+    `record` is `plan.json`, `chart` the result of :func:`chart_of`; without it nothing is drawn,
+    and the page says so.  The page omits what the record lacks.
     """
     whole = _whole(record, PLAN)
     candidates = whole["candidates"]
@@ -232,7 +230,7 @@ def plan_page(record: Record, chart: Record | None = None) -> str:
 
 
 def _of_whole(goals: Sequence[Record]) -> list[Record]:
-    """Return the goals of teams that lose no vessel."""
+    """Return the goals without lost vessels."""
     return [goal for goal in goals if not goal.get("lost")]
 
 
@@ -269,14 +267,14 @@ def _answer(record: Record) -> str:
 
 
 def _plainly(answer: Record | None) -> str:
-    """Return the answer where the record has no words for it."""
+    """Return the answer in words if the record has none."""
     if not answer:
         return "No candidate is known to meet the goal."
     return f"Least team that meets the goal: {named(answer)}."
 
 
 def _places(record: Record) -> str:
-    """Return where the vessels of the team that is drawn lie, "" where that is nowhere on Earth."""
+    """Return a table of the drawn team's stations; "" if they are not on Earth."""
     if (shown := shown_first(record)) is None:
         return ""
     rows = [
@@ -299,7 +297,7 @@ def _places(record: Record) -> str:
 
 
 def _binding(record: Record) -> str:
-    """Return in a list what keeps the team from being better, "" where it is not known."""
+    """Return a list of what limits the team; "" if unknown."""
     told = [relief["told"] for relief in record["binding"] if relief.get("told")]
     if not told:
         return ""
@@ -310,7 +308,7 @@ def _binding(record: Record) -> str:
 
 
 def _fragile(record: Record) -> str:
-    """Return in a list what becomes of the goals if it is not as planned, the worst first."""
+    """Return a list of worse conditions with their verdicts, missed goals first."""
     cases, goals = record["sensitivity"], _of_whole(record["goal"])
     if not cases or not goals:
         return ""
@@ -338,23 +336,23 @@ UNTOLD = (
 
 
 def _is_untold(cases: Sequence[Record]) -> bool:
-    """Tell whether filters were left as planned, which older plans did not do."""
+    """Tell whether filters were left as planned; plans of older versions did not record it."""
     return all("known" in case for case in cases)
 
 
 def condition(case: Record) -> str:
-    """Return in words what is not as planned in a case."""
+    """Return the words of a worse condition."""
     return case.get("told") or named(case.get("keys") or {})
 
 
 def verdict(case: Record) -> str:
-    """Return in words what becomes of the goals in a case."""
+    """Return the verdict on the goals under a condition."""
     marks = {True: "✓ ", False: "✗ ", None: ""}
     return marks[case.get("met")] + became_of(case)
 
 
 def _tiles(record: Record) -> str:
-    """Return the numbers of the answer; of a null answer what was flown, and how sure one asked."""
+    """Return the numbers in large type: those of the answer, and what was simulated."""
     found = [("missions simulated", number(record["missions"], 0), "", "")]
     if record["confidence"] is not None and record["settled"]:
         found.append(("confidence", number(record["confidence"], 0, 100), "%", ""))
@@ -379,31 +377,31 @@ def _tiles(record: Record) -> str:
 
 
 def _is_priced(record: Record) -> bool:
-    """Tell whether teams cost anything else than one for each vessel."""
+    """Tell whether costs differ from the number of vessels."""
     return any(team["cost"] not in (None, team["asvs"]) for team in record["candidates"])
 
 
 def _missed(candidate: Record, goal: int) -> float | None:
-    """Return how many missions of a candidate missed a goal, None where it is not known."""
+    """Return how many missions of a candidate missed a goal; None if unknown."""
     simulated = candidate["simulated"]
     share = value_of(simulated, "missed", goal)
     return None if share is None else share * int(simulated.get("missions") or 0)
 
 
 def _first_drawn(record: Record, chart: Record) -> int:
-    """Return the team that the map begins with."""
+    """Return the number of the team that the map shows first."""
     shown = shown_first(record)
     drawn = [int(n) for n in chart["forecasts"]]
     return shown if shown in drawn else drawn[0]
 
 
 def _shades(chart: Record) -> dict[str, Any]:
-    """Return what the map of each team is shaded by."""
+    """Return the values that shade each team's map."""
     return {n: told and told["shade"] for n, told in chart["forecasts"].items()}
 
 
 def _chart(chart: Record | None, record: Record) -> str:
-    """Return the section with the map: each team as drawn, predicted and simulated."""
+    """Return the section with the map, and each team's predicted and simulated values."""
     teams = [] if chart is None else [n for n in chart["forecasts"] if _knows(record, n)]
     if chart is None or not teams:
         return (
@@ -439,7 +437,7 @@ def _named(team: int, record: Record) -> str:
     return f"the answer, {which}" if team == record["chosen"] else which
 
 
-# What a planner reads of each AUV, whatever is asked for; and one error, of the goal or else this
+# Metrics shown of each AUV, whatever the goal; and the error shown if no goal is one
 ALWAYS, ERROR = ("hf_coverage", "fix_rate_hz", "fix_age_max_s"), "position_error_p95_m"
 SHORT = {
     "hf_coverage": ("in HF range", "%", 100.0),
@@ -454,7 +452,7 @@ SHORT = {
 
 
 def _drawn(team: int, chart: Record, record: Record, *, hidden: bool) -> str:
-    """Return what is told of a team beside the map: predicted, each AUV, and simulated."""
+    """Return a team's text beside the map: verdict, predictions of AUVs, what they leave out."""
     forecast, candidate = chart["forecasts"][str(team)], record["candidates"][team]
     goals = _of_whole(record["goal"])
     kind = "verdict warning" if candidate["verdict"] == "not met" else "verdict"
@@ -473,7 +471,7 @@ def _drawn(team: int, chart: Record, record: Record, *, hidden: bool) -> str:
 
 
 def _reached(candidate: Record, place: int, goal: Record) -> str:
-    """Return what a team came to in missions, as predicted, and as is asked for."""
+    """Return a goal's simulated and predicted value, and its limit."""
     side = "below" if goal.get("below") is not None else "above"
     asked = f"{side} {significant(goal[side] * goal['factor'])} {goal['unit']}".strip()
     flown = int((candidate["simulated"] or {}).get("missions") or 0)
@@ -485,7 +483,7 @@ def _reached(candidate: Record, place: int, goal: Record) -> str:
 
 
 def _auvs(forecast: Record, goals: Sequence[Record]) -> str:
-    """Return a table of what is predicted of each AUV, and of the worst of a mission."""
+    """Return a table of the predicted metrics of each AUV, and of a mission's worst."""
     asked = [goal["metric"] for goal in goals if goal["metric"] in SHORT]
     error = next((metric for metric in asked if metric.startswith("position_error")), ERROR)
     names = [name for name in SHORT if name in (*ALWAYS, *asked[:1], error)]
@@ -504,7 +502,7 @@ def _cell(name: str, value: float | None) -> str:
 
 
 def _candidates(record: Record) -> str:
-    """Return the plot of candidates and the tables of those that were simulated."""
+    """Return the plot of candidates, and tables of the simulated ones."""
     candidates = record["candidates"]
     if not candidates:
         return ""
@@ -526,7 +524,7 @@ def _candidates(record: Record) -> str:
 
 
 def _table(record: Record, places: Sequence[int], caption: str) -> str:
-    """Return candidates as a table; a script makes of each row's name a button that shows it."""
+    """Return candidates as a table; a script turns each row's name into a button that draws it."""
     goals, priced = record["goal"], _is_priced(record)
     headings = [("candidate", ""), ("vessels", ""), *([("cost", "")] * priced)]
     for goal in goals:
@@ -551,7 +549,7 @@ def _table(record: Record, places: Sequence[int], caption: str) -> str:
 
 
 def _sensitivity(record: Record) -> str:
-    """Return what becomes of the answer when the sea, the drift or the fleet is not as planned."""
+    """Return the table of the answer's values under worse conditions."""
     cases, goals = record["sensitivity"], _of_whole(record["goal"])
     if not cases:
         return ""

@@ -1,38 +1,36 @@
-"""The least team of ASVs that keeps AUVs on their way: proposed, predicted, flown, chosen, doubted.
+"""The least team of ASVs that meets the goals: proposed, predicted, simulated, selected, doubted.
 
-What is found lies in a folder: `plan.json`, `best.yaml` (a scenario that meets the goals),
-`plan.html`, and the campaign `missions/` of all missions that were flown.  `plan.json` holds
+The results lie in a folder: `plan.json`, `best.yaml` (a scenario that meets the goals),
+`plan.html`, and the campaign `missions/` of all simulated missions.  `plan.json` holds
 
-* ``name``, ``scenario`` (as it was named), ``scenario_sha256``, ``versions``, ``seed``,
+* ``name``, ``scenario`` (its name or file), ``scenario_sha256``, ``versions``, ``seed``,
 * ``goal``: a list of ``{metric, below or above, of}``, where `of` is ``"worst"`` (of each mission's
-  AUVs), ``"mean"``, or a share of them, and ``lost`` how many vessels, whichever, may be lost (not
-  there where none are; these goals come last); ``duration_s`` of a mission; ``confidence``;
-  ``costs``, ``budget_s``, ``budget_missions``,
-* ``missions``: how many were flown; ``settled``: whether the answer has that confidence;
-  ``status``: ``complete``, or ``cut`` where a budget was used up before all was flown,
+  AUVs), ``"mean"``, or a share of them; goals with ``lost`` vessels, whichever, come last;
+  ``duration_s`` of a mission; ``confidence``; ``costs``, ``budget_s``, ``budget_missions``,
+* ``missions``: how many were simulated; ``settled``: whether the answer has that confidence;
+  ``status``: ``complete``, or ``cut`` if a budget ended first,
 * ``answer``: null, or the keys and values of the least team that is shown to meet the goals;
-  ``chosen``: its number among the candidates, or null; ``would``: where none does, what would,
-* ``told``: sentences, the first of which is the answer; ``run``: the command that flies it,
-* ``candidates``: all that could plausibly be the answer, each ``{keys, cost, asvs, stations,
-  places, predicted, simulated, verdict, team, told}``.  `places` are the stations, each ``{asv,
-  x_m, y_m, lat_deg, lon_deg}``, of vessels that move where those begin that are drawn.
-  `predicted` is ``{value, low, high}``, nine of ten predictions being as near to what is flown,
-  `simulated` null or ``{missions, mean, low, high}``, all but the number of missions with one
-  for each goal,
-* ``excluded``: ``[{told, count}]``, what was not flown and why,
+  ``chosen``: its number among the candidates, or null; ``would``: what would meet them otherwise,
+* ``told``: sentences, the first of which is the answer; ``run``: the command that runs it,
+* ``candidates``: all plausible answers, each ``{keys, cost, asvs, stations, places, predicted,
+  simulated, verdict, team, told}``.  `places` are the stations, or the first positions of drawn
+  vessels that move, each ``{asv, x_m, y_m, lat_deg, lon_deg}``.  `predicted` is ``{value, low,
+  high}``, an interval that holds nine of ten simulated values; `simulated` is null or
+  ``{missions, mean, low, high}``; lists have one number for each goal,
+* ``excluded``: ``[{told, count}]``, how many teams were not simulated and why,
 * ``runners_up``: numbers of candidates, the best first,
-* ``binding``: ``[{what, told, value}]``, what holds the team back, the most first: ``coverage``,
-  ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is what the first goal's metric is
-  predicted to be were that twice as good,
+* ``binding``: ``[{what, told, value}]``, what limits the team, the most first: ``coverage``,
+  ``uplink``, ``downlink``, ``fix_noise`` or ``drift``; `value` is the predicted metric of the goal
+  farthest from being met if that were twice as good,
 * ``sensitivity``: ``[{what, told, keys, known, missions, unit, mean, low, high, met, as_planned,
-  difference}]``, the whole team in worse conditions, `what` in a word, `known` to its filter or
-  not, and `as_planned`, ``{mean, low, high, met}``, in the same missions without them, `met` where
-  they are met then; `difference`, ``{mean, low, high}``, is that of pairs of these missions,
-* ``ways``: null, or where the vessels of the team that is drawn go in one mission, if they move:
+  difference}]``, the team in worse conditions, `known` to its filter or not; `as_planned`,
+  ``{mean, low, high, met}``, are the same missions without the condition, `difference`, ``{mean,
+  low, high}``, is over pairs of both,
+* ``ways``: null, or tracks of the drawn team's vessels in one mission, if they move:
   ``{seed, asvs: [{asv, places_m}]}``,
-* ``prediction_error``: ``{metric: {median, p90}}``, relative, of the prediction beside simulation.
+* ``prediction_error``: ``{metric: {median, p90}}``, the relative error of predictions.
 
-Any number that is not known is null.
+An unknown number is null.
 """
 
 import json
@@ -72,12 +70,12 @@ from .relief import binding
 from .selecting import Choice, Selection, select
 from .teams import Team, further, narrowed, proposed
 
-# So many teams, the best first, are drawn on the page.
+# The most teams that the page draws, the best first.
 MOST_DRAWN = 16
 
 
 class Plan:
-    """A plan that was made: its `folder`, and the `record` that `plan.json` holds."""
+    """A finished plan: its `folder`, and its `record` (`plan.json`)."""
 
     def __init__(self, folder: Path, record: Mapping[str, Any]) -> None:
         self.folder, self.record = folder, record
@@ -88,13 +86,13 @@ class Plan:
 
     @property
     def answer(self) -> dict[str, Any] | None:
-        """The keys and values of the least team; None where none is shown to keep to the goals."""
+        """The keys and values of the least team; None if no team is shown to meet the goals."""
         answer: dict[str, Any] | None = self.record["answer"]
         return answer
 
     @property
     def scenario(self) -> Scenario | None:
-        """The scenario of that team."""
+        """The scenario of the answer, or None."""
         if self.answer is None:
             return None
         from ...core.scenario.files.scenario_file import load_scenario
@@ -103,19 +101,16 @@ class Plan:
 
     @property
     def campaign(self) -> Campaign:
-        """The missions by which the team was chosen."""
+        """The missions that selected the team."""
         return unfinished_campaign(self.folder / MISSIONS)
 
     def summary(self) -> str:
-        """Return what the command prints."""
+        """Return the text that the command prints."""
         return summary(self.record, str(self.folder))
 
 
 class HowToPlan(TypedDict, total=False):
-    """How a plan is made: `confidence`, `budget_s`, `budget_missions` and `survive` as in its file,
-    its `seed`, how many `workers`, whether an earlier plan in the folder gives way (`force`), and
-    `quiet`.
-    """
+    """Settings of :func:`plan`, which explains them."""
 
     confidence: float
     budget_s: float
@@ -138,29 +133,28 @@ def plan(
     allow_plugins: bool = False,
     **how: Unpack[HowToPlan],
 ) -> Plan:
-    """Return the least team of ASVs that keeps to the goals, and how sure that is.
+    """Return the least team of ASVs that meets the goals, with the stated confidence.
 
     `scenario` is a scenario, the path of one or of a plan's file, or the name of one that ships.
-    `below` and `above` are metrics with their limits; they are judged of each mission's worst AUV,
-    or `of` the "mean", or a share of the AUVs (0.8).  `vary` says what may be chosen (dotted keys,
-    each with its values); what it does not name of numbers, formations, schedules and downlinks is
-    proposed.  The folder `out` keeps the plan, and goes on with one of the same question that was
-    cut short; without it all lies in a temporary folder that goes with the plan.
+    `below` and `above` map metrics to limits; they judge each mission's worst AUV, or `of` the
+    "mean", or a share of the AUVs (0.8).  `vary` maps dotted keys to the values that may be chosen;
+    for other numbers of ASVs, formations, schedules and downlinks the plan proposes values.  The
+    folder `out` keeps the plan, and continues one of the same question that was cut short; without
+    it the plan lies in a temporary folder, which is removed with the plan.
 
-    It stops when the answer is settled, which is decided by the missions alone; `budget_missions`
-    and `budget_s` (seconds of flying) cut it off before, which the record says (`settled`).
+    The plan stops when the answer is settled, which only its missions decide; `budget_missions` and
+    `budget_s` (seconds of simulation) may stop it earlier, which the record says (`settled`).
 
-    Settings: `survive` (0: goals hold where any so many vessels are lost, from the start or
-    halfway), `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers`
-    (processes at once, one for each CPU), `force` (False) and `quiet` (True but
-    in notebooks).
+    Settings: `survive` (0; goals hold with any so many vessels lost, from the start or halfway),
+    `confidence` (0.95), `budget_missions` and `budget_s` (None), `seed` (0), `workers` (processes,
+    by default one for each CPU), `force` (False) and `quiet` (True but in notebooks).
 
     Raises:
         ScenarioError: when a file, a key, a value or a goal is wrong, listing every mistake.
-        TypeError: when an argument is of another kind, or there is none of that name.
+        TypeError: when an argument has another type, or a name that does not exist.
         PluginError: when a user-defined part is not allowed.
         CampaignError: when the folder holds something else.
-        NotWritten: when the disk is full or the folder gone; what was flown counts.
+        NotWritten: when the disk is full or the folder gone; finished missions count.
     """
     for name in how:
         if name not in HowToPlan.__annotations__:
@@ -190,10 +184,10 @@ def plan(
 
 
 def admitted(question: Question, allow_plugins: bool) -> None:
-    """Load the user-defined parts that a question names, and ask where its ASVs lie.
+    """Load a question's user-defined parts and compute its stations.
 
     Raises:
-        PluginError: when one is not allowed.
+        PluginError: when a part is not allowed.
     """
     check_plugins(Missions(question.experiment), allow_plugins)
     for point in range(len(question.experiment.points)):
@@ -201,12 +195,12 @@ def admitted(question: Question, allow_plugins: bool) -> None:
 
 
 def planned(question: Question, folder: Path, budget: Budget, workers: int | None = None) -> Plan:
-    """Find the least team that keeps to the goals, and write down what was found on the way.
+    """Find the least team that meets the goals, and write the plan's files.
 
     Raises:
         CampaignError: when another process works in the folder, or it holds other missions.
-        KeyboardInterrupt: when interrupted; what was flown is kept, and is not flown again.
-        NotWritten: when the folder cannot be written; what was flown is kept.
+        KeyboardInterrupt: when interrupted; finished missions are kept and not repeated.
+        NotWritten: when the folder cannot be written; finished missions are kept.
     """
     goals = question.goals
     try:
@@ -250,7 +244,7 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
                 rows, flown_in_doubt, failed_in_doubt = list[dict[str, Any]](), 0, ""
                 if conditions:
                     budget.begin(f"doubting the answer, {cost_of(conditions)}")
-                    fresh = range(len(question.seeds()))[-SEEDS:]  # that made no team the answer
+                    fresh = range(len(question.seeds()))[-SEEDS:]  # which selected no team
                     seeds = question.seeds()[-SEEDS:]
                     with fly(teams_of(conditions), seeds, DOUBTS) as doubtful:
                         whole = question.whole_goals
@@ -280,13 +274,13 @@ def planned(question: Question, folder: Path, budget: Budget, workers: int | Non
 
 
 def _each_seed(teams: Sequence[Team]) -> str:
-    """Return how many missions it takes to fly teams with each loss of vessels; "" without any."""
+    """Return how many missions a seed takes with all losses of vessels; "" without losses."""
     most = max((len(team.lost) for team in teams), default=0)
     return f", each seed in up to {1 + 2 * most} missions" if most else ""
 
 
 def _looked_at(teams: Sequence[Team], goals: Sequence[Goal], selection: Selection) -> int:
-    """Return the number of the answer, or else of the team that comes nearest to the goals."""
+    """Return the number of the answer, or else of the nearest team."""
     if selection.answer is not None:
         return selection.answer
     flown = ranked(goals, teams, selection)
@@ -297,7 +291,7 @@ def _written(outcome: Outcome, folder: Path) -> Plan:
     """Write the files of a plan, `plan.json` last; return the plan.
 
     Raises:
-        OSError: when one cannot be written.
+        OSError: when a file cannot be written.
     """
     question, team = outcome.question, outcome.team
     scenario = question.source or str(folder / MISSIONS / "scenario.yaml")
@@ -319,9 +313,7 @@ def _written(outcome: Outcome, folder: Path) -> Plan:
 
 
 def _ways(outcome: Outcome) -> dict[str, Any] | None:
-    """Return where the vessels of the team that is drawn go in the plan's first mission, if they
-    move; None if they keep their stations.
-    """
+    """Return the tracks of the drawn team's vessels in the plan's first mission, if they move."""
     if outcome.shown is None or not outcome.teams[outcome.shown].moves:
         return None
     team, seed = outcome.teams[outcome.shown].scenario, outcome.question.seeds()[0]
