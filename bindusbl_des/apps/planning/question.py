@@ -1,7 +1,7 @@
-"""What a plan is asked: which team is the least that meets the goals, and how sure to be.
+"""The question of a plan: a scenario, what may vary, goals, costs and a confidence.
 
-Plans are read from YAML files, scenarios and options (of the command line, or arguments of Python):
-every mistake at once, each with its place.
+Plans are read from YAML files, scenarios and options (command line or Python arguments); one error
+lists every mistake with its place.
 """
 
 import hashlib
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
     from .prediction.inputs import Inputs
 
 CONFIDENCE = 0.95
-ASV = "asv"  # whose price is that of one vessel
-UNPRICED = {ASV: 1.0}  # where nothing has one, vessels are counted
+ASV = "asv"  # the key of a vessel's price
+UNPRICED = {ASV: 1.0}  # without prices, vessels are counted
 
-# Seeds of one plan begin here for each of its own seed, so that those of two plans differ.
+# The distance of the first seeds of plans with consecutive seeds, so that missions' seeds differ.
 SEEDS_APART = 1000
-# No candidate is flown with more seeds than this.
+# The most seeds of a candidate.
 MOST_SEEDS = 200
 
 
@@ -49,11 +49,10 @@ MOST_SEEDS = 200
 class Question:
     """A scenario, what may be changed of it, and the goals.
 
-    `experiment` is the scenario with the points that the user varies; `listed` tells that these
-    points are all there is to choose from, and nothing is to be proposed besides but places, where
-    none are given.  `costs` are of one ASV (``asv``) and of what a key is set to
-    (``acoustics.mf.range_m=200``).  What is flown in one go is cut off after `budget_s` (s) or
-    `budget_missions`; None: not before it is settled.
+    `experiment` is the scenario with the points that the user varies; if `listed`, the plan
+    proposes nothing beside these points but positions that they leave open.  `costs` are of one ASV
+    (``asv``) and of values of keys (``acoustics.mf.range_m=200``).  A run of the plan stops after
+    `budget_s` (s) or `budget_missions`; None: only when it is settled.
     """
 
     experiment: Experiment
@@ -65,27 +64,27 @@ class Question:
     budget_missions: int | None = None
     costs: Mapping[str, float] = field(default_factory=lambda: dict(UNPRICED))
     seed: int = 0
-    # What predictions of its scenarios are made of (None: nothing is predicted), once worked out
+    # The inputs of its scenarios' predictions, once computed; None: not predictable
     inputs: dict[str, "Inputs | None"] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def name(self) -> str:
-        """What the plan is called."""
+        """The name of the plan."""
         return self.experiment.name
 
     @cached_property
     def base(self) -> Scenario:
-        """The scenario before anything of it is changed."""
+        """The scenario before any change."""
         return self.experiment.base()
 
     @property
     def whole_goals(self) -> tuple[Goal, ...]:
-        """The goals of the team of which no vessel is lost."""
+        """The goals without lost vessels."""
         return tuple(goal for goal in self.goals if not goal.lost)
 
     @property
     def lost(self) -> int:
-        """How many vessels, whichever these are, may be lost."""
+        """How many vessels, whichever, may be lost."""
         return max(goal.lost for goal in self.goals)
 
     def seeds(self) -> range:
@@ -109,16 +108,16 @@ class Question:
         }
 
     def fingerprint(self) -> str:
-        """Return the sha256 of what is asked; equal questions have equal answers."""
+        """Return the sha256 of the question; equal questions have equal answers."""
         return hashlib.sha256(json.dumps(self.record(), sort_keys=True).encode()).hexdigest()
 
 
 @dataclass(frozen=True)
 class Asking:
-    """What is laid over a plan's file, or asked of a scenario; None and () leave it as it is.
+    """Settings laid over a plan's file or a scenario; None and () change nothing.
 
-    `of` is whose metrics the goals are of, also those of the file; `numbers` are those of a plan's
-    file by their keys (`NUMBERS`).
+    `of` replaces whose metric the goals judge, also in the file; `numbers` replaces the file's
+    numbers by their keys (`NUMBERS`).
     """
 
     goals: tuple[Goal, ...] = ()
@@ -132,7 +131,7 @@ def goals_of_options(below: Sequence[str], above: Sequence[str], of: Of | None) 
     """Return the goals of the options `--below` and `--above`, each ``METRIC=VALUE``.
 
     Raises:
-        ScenarioError: listing those that are none.
+        ScenarioError: listing the invalid ones.
     """
     return _all_of(
         (f"--{name} {text}", partial(goal_of, text, name == "below", of or "worst"))
@@ -144,11 +143,11 @@ def goals_of_options(below: Sequence[str], above: Sequence[str], of: Of | None) 
 def goals_of_arguments(
     below: Mapping[str, Any] | None, above: Mapping[str, Any] | None, of: Of | None
 ) -> tuple[Goal, ...]:
-    """Return the goals of metrics with their limits.
+    """Return the goals from metrics with their limits.
 
     Raises:
-        TypeError: when these are no mappings.
-        ScenarioError: listing those that are no goals.
+        TypeError: when an argument is no mapping.
+        ScenarioError: listing the invalid goals.
     """
     sides = {"below": below, "above": above}
     for name, limits in sides.items():
@@ -178,7 +177,7 @@ def _all_of(asked: Iterable[tuple[str, Callable[[], Goal]]]) -> tuple[Goal, ...]
 
 
 def without_key(error: ValueError) -> str:
-    """Return what is wrong with a goal, without the key at its beginning, which its place tells.
+    """Return a goal's error without the key at its beginning, which its place names.
 
     >>> without_key(ValueError("goal: no metric 'x'"))
     "no metric 'x'"
@@ -190,16 +189,15 @@ KEYS = (
     *("name", "scenario", "goal", "candidates", "confidence", "budget_s", "budget_missions"),
     *("cost", "seed", "survive"),
 )
-# Points that a user may have compared, and their ASVs together: each is proposed for and predicted
-# before any is flown.
+# The most points, and the most ASVs in all of them: each is predicted before any is simulated.
 MOST_POINTS = 500
 MOST_ASVS = 5000
-# Losses of vessels that each mission of a team is flown with, from the start on and halfway
+# The most losses of vessels with which each mission of a team is repeated
 MOST_LOSSES = 100
 
 FORM = "{metric: position_error_p95_m, below: 1}"
 
-# The default of each number, and between which two it makes sense; whole where these are.
+# The default, least and largest value of each number; whole if these are.
 NUMBERS = {
     "confidence": (CONFIDENCE, 0.5, 0.9999),
     "budget_s": (None, 1.0, 1e7),
@@ -208,12 +206,12 @@ NUMBERS = {
     "survive": (0, 0, MOST_LOST),
 }
 
-# Numbers of ASVs that are proposed where the user varies nothing of the kind
+# Proposed numbers of ASVs, if the user varies none
 COUNTS = range(1, 7)
 
 
 def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
-    """Read a plan's file, or a scenario's, of which `asking` says the rest.
+    """Read a plan's file, or a scenario to which `asking` adds the question.
 
     Raises:
         ScenarioError: listing every mistake.
@@ -271,7 +269,7 @@ def read_plan(given: str | FilePath | Scenario, asking: Asking) -> Question:
 
 
 def counts_of(point: Mapping[str, Any], scenario: Scenario, listed: bool) -> Sequence[int]:
-    """Return the numbers of ASVs that may be chosen at a point, which makes a scenario."""
+    """Return the numbers of ASVs to choose from at a point, which makes a valid scenario."""
     formation = scenario.asvs.formation
     named = ("asvs.count", "asvs.formation", "asvs.formation.positions_m")
     is_fixed = any(key in point for key in named) or not (formation.moored or formation.moves)
@@ -279,12 +277,12 @@ def counts_of(point: Mapping[str, Any], scenario: Scenario, listed: bool) -> Seq
 
 
 def _counts(scenario: Scenario) -> Sequence[int]:
-    """Return the numbers of ASVs that are proposed: none as well where the scenario has none."""
+    """Return the proposed numbers of ASVs, with 0 if the scenario has none."""
     return COUNTS if scenario.asvs.count else range(COUNTS.stop)
 
 
 def _most_vessels(experiment: Experiment, listed: bool) -> int:
-    """Return the most ASVs that may be chosen."""
+    """Return the largest number of ASVs to choose from."""
     return max(
         max(counts_of(point, experiment.scenario(number), listed))
         for number, point in enumerate(experiment.points)
@@ -292,9 +290,7 @@ def _most_vessels(experiment: Experiment, listed: bool) -> int:
 
 
 def _surviving(document: Document, goals: tuple[Goal, ...], lost: int) -> tuple[Goal, ...]:
-    """Return the goals of the whole team, and after them those where any so many vessels are lost:
-    the same, and what the file says of such losses.
-    """
+    """Return the goals without losses, then the same and the file's own with `lost` vessels."""
     whole = tuple(goal for goal in goals if not goal.lost)
     own = tuple(goal for goal in goals if goal.lost)
     if own and not whole:
@@ -307,9 +303,7 @@ def _surviving(document: Document, goals: tuple[Goal, ...], lost: int) -> tuple[
 
 
 def _named(document: Document) -> str:
-    """Return the scenario's file as one names it from here, or the name of one that ships; "" of a
-    pipe, which is read once.
-    """
+    """Return the scenario's file relative to here, or its shipped name; "" for a pipe."""
     name = str(document.data["scenario"])
     named = FilePath(document.file).parent / name
     return str(named) if named.is_file() else name if name in shipped("scenarios") else ""
@@ -327,7 +321,7 @@ def _document(
     text = read_text(path)
     document = read_yaml(text, str(path))
     data = document.data
-    if not is_plan(data) and not is_experiment(data):  # what is wrong is told as of a scenario
+    if not is_plan(data) and not is_experiment(data):  # read it as a scenario
         return of_scenario_file(path, text, data, overrides)
     for key in document.data:
         if key not in KEYS:
@@ -337,7 +331,7 @@ def _document(
 
 
 def _experiment_document(document: Document) -> Document:
-    """Return the document of the experiment within a plan's: its scenario and what it varies."""
+    """Return the experiment within a plan's document: its scenario and what it varies."""
     listed = isinstance(document.data.get("candidates"), list)
     names = {"name": "name", "scenario": "scenario", "candidates": "points" if listed else "vary"}
     data = {new: document.data[key] for key, new in names.items() if key in document.data}
@@ -350,7 +344,7 @@ def _experiment_document(document: Document) -> Document:
 
 
 def _as_candidates(mistake: Mistake) -> Mistake:
-    """Return a mistake under the name that the section has in a plan's file."""
+    """Return a mistake with the key of its section in a plan's file."""
     section, dot, rest = mistake.key.partition(".")
     if section in ("vary", "points") and not mistake.file.startswith("--"):
         return replace(mistake, key=f"candidates{dot}{rest}")
@@ -364,7 +358,7 @@ def _note(document: Document, path: Path, message: str, place: FilePlace | None 
 
 
 def _goals(document: Document, asking: Asking) -> tuple[Goal, ...]:
-    """Return the goals that were asked for, or else those of the file."""
+    """Return the goals of `asking`, or else those of the file."""
     if asking.goals:
         return asking.goals
     if "goal" not in document.data:
@@ -386,7 +380,7 @@ def _goals(document: Document, asking: Asking) -> tuple[Goal, ...]:
 
 
 def _number(document: Document, key: str, asked: float | None) -> Any:
-    """Return a number as it was asked for, or else that of the file, or else its default."""
+    """Return a number of `asking`, or else of the file, or else its default."""
     default, low, high = NUMBERS[key]
     if asked is None and key not in document.data:
         return default
@@ -404,7 +398,7 @@ def _number(document: Document, key: str, asked: float | None) -> Any:
 
 
 def _costs(document: Document) -> dict[str, float]:
-    """Return what one ASV costs, and what else has a price."""
+    """Return the prices of one ASV and of values of keys."""
     given = document.data.get("cost", {})
     if not isinstance(given, dict):
         needs = "needs {asv: price, KEY=VALUE: price, ...}"

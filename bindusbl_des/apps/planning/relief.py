@@ -1,4 +1,6 @@
-"""What would help, as predicted: a team were one thing twice as good, a scenario by a change."""
+"""What limits a team, as predicted with one thing twice as good; and which changes help a
+mission.
+"""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -16,13 +18,13 @@ from .teams import Team, excess, value_of
 if TYPE_CHECKING:
     from ...core.results.result import Result
 
-# Less than this share of a value is no gain.
+# A smaller gain, as a logarithm, does not count.
 NOTEWORTHY = 0.01
 
-# A reader compares a few, one of each kind; predictions are off by more than a smaller share.
+# The most changes to name, one of each kind; and the least gain, given the errors of predictions.
 MOST, WORTHWHILE = 5, 0.1
 
-# A fleet with more pairs of an AUV and an ASV takes seconds to predict, with each change anew.
+# The most pairs of an AUV and an ASV: of more, each change takes seconds to predict.
 LARGEST = 3_000
 
 TWICE, HALF, QUARTER = 0.5, 2, 4
@@ -33,9 +35,9 @@ LESS_DRIFT = {
     "sources": {"mean": HALF, "drawn_sd": HALF, "assumed_sd": HALF, "wander_per_s": QUARTER},
 }
 
-# What may bind, its relief in words, and by what which numbers of the inputs are divided then.
-# Slots stay as they are where ranges double: the speed of sound and the depth that they are
-# reckoned with double, too, and clock errors halve, so that they are as many metres as before.
+# Each possible limit, its relief in words, and divisors of numbers of the inputs.  Where ranges
+# double, slots keep their lengths: the speed of sound and the depth in them double too, and clock
+# errors halve, so that they remain as many metres.
 IMPROVED: tuple[tuple[str, str, Mapping[str, Any]], ...] = (
     (
         "coverage",
@@ -86,7 +88,7 @@ IMPROVED: tuple[tuple[str, str, Mapping[str, Any]], ...] = (
 
 
 def improved(whole: Any, divisors: Any) -> Any:
-    """Return a record in which some numbers are divided, those that it has; of a tuple each."""
+    """Return a record with some numbers divided, unless they are None; of a tuple each record."""
     if isinstance(whole, tuple):
         return tuple(improved(part, divisors) for part in whole)
     if isinstance(divisors, Mapping):
@@ -96,9 +98,7 @@ def improved(whole: Any, divisors: Any) -> Any:
 
 
 class Relief(NamedTuple):
-    """What would be twice as good, in words: a goal's value as predicted then, and whether that
-    meets it.
-    """
+    """A limit that is twice as good, in words, with the goal's predicted value and its verdict."""
 
     what: str
     told: str
@@ -107,9 +107,9 @@ class Relief(NamedTuple):
 
 
 def binding(team: Team) -> list[Relief]:
-    """Return what would help a team most, the most first; nothing where it is not predicted.
+    """Return what would help a team most, the most first; [] if nothing is predicted.
 
-    The goal of the whole team that is the farthest from being met, as predicted, is what counts.
+    It judges the goal without losses that is predicted to be farthest from being met.
     """
     pairs = zip(team.question.goals, team.values, strict=True)
     known = [
@@ -131,9 +131,9 @@ def binding(team: Team) -> list[Relief]:
 
 
 def foreseen(result: "Result") -> tuple[Foreseen, ...]:
-    """Return what is predicted to lower the worst AUV's mean error, the best first.
+    """Return the changes that are predicted to lower the worst AUV's mean error, the best first.
 
-    Nothing where the scenario cannot be predicted, has no ASV, or too large a fleet.
+    () if the scenario cannot be predicted, has no ASV, or has too large a fleet.
     """
     if not 0 < result.scenario.auvs.count * result.scenario.asvs.count <= LARGEST:
         return ()
@@ -145,7 +145,7 @@ def foreseen(result: "Result") -> tuple[Foreseen, ...]:
     for change in proposals(result)[0]:
         with suppress(ValueError):  # it cannot be predicted
             scenario = changed(result.scenario, change.settings)
-            assert scenario is not None  # as it was proposed
+            assert scenario is not None  # since only valid changes are proposed
             then = _error(Setup.of(scenario))
             known = best.get(change.kind)
             if then < (1.0 - WORTHWHILE) * now and (known is None or then < known.then_m):

@@ -1,18 +1,15 @@
-"""Which of many candidates meets all goals at the least cost, and is the best of that cost.
+"""Select the candidate that meets all goals at the least cost, and is the best of that cost.
 
-A mean of missions has a bound that knows of skewed values; a verdict is given where that is far
-enough from the limit.  Candidates of one cost are looked at together until one is the best that
-meets the goals.
+A candidate gets a verdict once the confidence bound of its mean, corrected for skewness, lies
+beyond the limit.  Candidates of one cost are compared until one is the best that meets the goals.
 
-Many looks at many candidates mislead: each is one more chance of a wrong verdict.  Looks are
-therefore at numbers of seeds that were fixed before, and the risk that is left by the confidence is
-shared among three mistakes, and of each among the occasions of making it (Bonferroni's inequality,
-which seeds that are paired cannot break):
+Each look at each candidate is one more chance of a wrong verdict.  Looks are therefore at fixed
+numbers of seeds, and the risk (1 - confidence) is divided among three mistakes and their occasions
+(Bonferroni's inequality, which also holds for paired seeds):
 
-* a candidate that misses a goal is chosen: among all candidates and their looks;
-* the right candidate, one and unknown, drops out as missing a goal: among its looks and goals, not
-  among candidates, since what happens to others does not matter;
-* it is outdone by one that is worse: among those that could do so, and their looks.
+* a candidate that misses a goal is chosen: divided among all candidates and their looks;
+* the right candidate, one and unknown, is judged to miss a goal: among its looks and goals only;
+* a worse candidate outdoes it: among the other candidates and their looks.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -31,37 +28,37 @@ from ..campaigns.experiments.experiment import FEWEST_SEEDS, checkpoints
 from ..campaigns.statistics.intervals import intervals, student
 from .goals import Goal
 
-# A skewness that makes no difference
+# The least skewness: effectively symmetric
 SYMMETRIC = 1e-6
 
-# At so few seeds candidates may only drop out, which skewed errors do not make riskier.
+# At so few seeds candidates may only drop out; skewed errors do not raise the risk of that.
 FEW_SEEDS = (4, 6)
 
-# Where each candidate is told by itself: the seeds of looks, and the share of the risk that each
-# takes.  Little is spent early, so that the last look is hardly stricter than a single one would be
+# For candidates that are judged independently: the seeds of each look, and its share of the risk.
+# Early looks take little, so that the last look is hardly stricter than a single one would be
 # (O'Brien and Fleming 1979, Biometrics 35:549; Lan and DeMets 1983, Biometrika 70:659).
 SPENT = {8: 0.1, 16: 0.1, 32: 0.8}
 
-# Still open after so many seeds, a candidate is close to a limit: costlier ones come first.
+# A candidate without a verdict after so many seeds waits until costlier ones were tried.
 PATIENCE = 24
 
-# Return the goals' values (k, goals) of k missions, each of a candidate's and a seed's number from
-# 0.  nan: that mission failed, or had no value, and does not meet the goal.  Where the budget is
-# used up it may return those of the first of them only.
+# Return the goals' values (k, goals) of k missions, given by numbers of candidate and seed.
+# nan: that mission failed or had no value, and misses the goal.  If the budget is used up, only
+# the first missions are returned.
 Sample = Callable[[Sequence[tuple[int, int]]], Floats]
 
-# met: all goals.  not met: one is missed.  needs more missions: neither is shown, or they are met
-# by less than would matter; it is not chosen.  outdone: it was open when another of its cost met
-# the goals, and is better than that by less than would matter, if at all.  not needed: it costs
-# more than the answer.  not flown: the budget was used up before.
+# met: all goals.  not met: one is missed.  needs more missions: neither is shown, or goals are met
+# by less than the zone of indifference; it is not chosen.  outdone: another of its cost met the
+# goals, and this one is not better by more than that zone.  not needed: it costs more than the
+# answer.  not flown: the budget was used up before.
 Verdict = Literal["met", "not met", "needs more missions", "outdone", "not needed", "not flown"]
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What may be chosen: its cost, in any unit, and what its goals are predicted to be.
+    """A candidate: its cost, in any unit, and the predicted values of its goals.
 
-    A prediction decides which cost is tried first and nothing else; nan is not known.
+    Predictions only decide which cost is tried first; nan is unknown.
     """
 
     cost: float
@@ -70,10 +67,10 @@ class Choice:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A goal's mean over the missions of a candidate, and how sure it is; nan where none is.
+    """A goal's mean over a candidate's missions; nan if unknown.
 
-    `low` and `high` are the ends of its 95 % interval by itself (Student's t, two-sided, as
-    everywhere).  `missed` is the share of those missions that do not keep the goal.
+    `low` and `high` are the ends of its 95 % interval (two-sided Student's t).  `missed` is the
+    share of missions that miss the goal.
     """
 
     mean: float
@@ -84,10 +81,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Selection:
-    """The candidate chosen (None: none meets the goals), and what was found of each.
+    """The chosen candidate (None: none meets the goals), and the results of all candidates.
 
-    `estimates` are those of each candidate's goals, over its first `missions` seeds.  `doubts` are
-    what keeps the answer from holding with the stated confidence.
+    `estimates` has one :class:`Estimate` for each candidate and goal, over its first `missions`
+    seeds. `doubts` tells why the answer lacks the stated confidence, or "".
     """
 
     answer: int | None
@@ -98,17 +95,17 @@ class Selection:
 
     @property
     def is_settled(self) -> bool:
-        """Whether the answer holds with the stated confidence."""
+        """Whether the answer has the stated confidence."""
         return not self.doubts
 
 
 def upper_bounds(values: Floats, t: float) -> Floats:
-    """Return bounds (n,) that the means of columns (k, n) stay below, `t` standard errors above.
+    """Return upper bounds (n,) of the means of columns (k, n), `t` standard errors above.
 
-    Where values are skewed to the right, as errors are, the mean of few is too low more often than
-    too high, and its standard error with it: Student's t would let many pass that are rarely, but
-    badly off.  Hall's transformation (1992, J. R. Stat. Soc. B 54:221-228) makes up for that.
-    Skewness to the left is not made use of.
+    For values skewed to the right, as errors are, the mean of few and its standard error are too
+    low more often than too high: Student's t would pass candidates that are rarely, but badly off.
+    Hall's transformation (1992, J. R. Stat. Soc. B 54:221-228) corrects for that.  Skewness to the
+    left is ignored.
     """
     count = len(values)
     errors = intervals(values.T).error
@@ -125,9 +122,9 @@ def upper_bounds(values: Floats, t: float) -> Floats:
 
 @dataclass(frozen=True)
 class Look:
-    """A number of seeds, and so many standard errors from a limit to be sure of each verdict.
+    """A number of seeds, and the standard errors between mean and limit for each verdict.
 
-    `met` is None, and `outdone` infinite, where such a verdict would be premature.
+    `met` is None, and `outdone` infinite, if it is too early for that verdict.
     """
 
     seeds: int
@@ -155,10 +152,10 @@ def looks(most_seeds: int, confidence: float, candidates: int, goals: int) -> tu
 
 @cache
 def looks_at_each(confidence: float, goals: int) -> tuple[Look, ...]:
-    """Return looks at candidates of which each is told by itself whether it meets the goals.
+    """Return looks for candidates that are judged independently.
 
-    The confidence is that of each, over all its looks, and two-sided as that of an interval: half
-    of the risk is that of telling that it meets them, half that it misses one.
+    The confidence is that of each candidate over all its looks, two-sided: half of the risk is a
+    wrong "met", half a wrong "not met".
 
     >>> [(look.seeds, round(look.met, 2)) for look in looks_at_each(0.95, 1)]
     [(8, 4.03), (16, 3.29), (32, 2.14)]
@@ -174,19 +171,19 @@ def looks_at_each(confidence: float, goals: int) -> tuple[Look, ...]:
 
 
 def _errors(seeds: int, risk: float) -> float:
-    """Return how many standard errors a mean is off at most, but for a risk (one-sided)."""
+    """Return the one-sided quantile of a mean, in standard errors, for a risk."""
     return student(seeds - 1, 1 - 2 * risk)
 
 
 class CutOff(Exception):
-    """Not all missions of a look were flown when the budget was used up."""
+    """The budget ended before all missions of a look were simulated."""
 
 
 class Evidence:
-    """The missions of candidates, flown at equal seeds, and the verdicts that they allow.
+    """The missions of candidates at equal seeds, and the verdicts that they allow.
 
-    Goals are turned so that less is always better; `zone` is the share of a limit below which no
-    difference matters.
+    Goals are signed so that less is always better; a difference below the share `zone` of a limit
+    does not matter.
     """
 
     def __init__(
@@ -202,18 +199,18 @@ class Evidence:
         self.is_cut_short = [False] * count
 
     def missions(self, candidate: int) -> int:
-        """Return how many missions of a candidate are known, at seeds 0, 1, ..."""
+        """Return the number of a candidate's missions, at seeds 0, 1, ..."""
         return len(self._values[candidate])
 
     def values(self, candidate: int) -> Floats:
-        """Return the goals' values (k, goals) of the missions of a candidate."""
+        """Return the goals' values (k, goals) of a candidate's missions."""
         return np.asarray(self._signs * self._values[candidate], np.float64)
 
     def fly(self, candidates: Sequence[int], look: int) -> None:
-        """Fly the missions of candidates that a look is lacking.
+        """Simulate the missions that candidates lack at a look.
 
         Raises:
-            CutOff: when not all of them were flown; those that were count.
+            CutOff: when the budget ended first; finished missions count.
         """
         seeds = self.looks[look].seeds
         pairs = [
@@ -251,21 +248,21 @@ class Evidence:
             self.is_cut_short[candidate] = True
 
     def keeps(self, values: Sequence[float]) -> bool:
-        """Tell whether values of the goals keep all their limits; nan keeps none."""
+        """Tell whether values of the goals are within all limits; nan is not."""
         return bool(np.all(self._signs * values <= self._limits))
 
     def mean(self, candidate: int) -> float:
-        """Return the mean of the first goal, by which candidates of equal cost are ranked."""
+        """Return the mean of the first goal, which ranks candidates of equal cost."""
         return float(self._values[candidate][:, 0].mean())
 
     def outdoes(self, leader: int, other: int, look: int) -> bool:
-        """Tell whether a candidate is shown not to be worse than another by what would matter."""
+        """Tell whether a candidate is shown to be at most `zone` worse than another."""
         differences = self._values[leader][:, :1] - self._values[other][:, :1]
         error = intervals(differences.T).error[0]
         return bool(differences.mean() + self.looks[look].outdone * error < self._zones[0])
 
     def estimates(self, candidate: int) -> tuple[Estimate, ...]:
-        """Return what is known of each goal of a candidate."""
+        """Return the estimate of each goal of a candidate."""
         found = []
         for values, sign, limit in zip(
             self._values[candidate].T, self._signs, self._limits, strict=True
@@ -276,7 +273,7 @@ class Evidence:
 
 
 def estimated(values: Floats) -> Estimate:
-    """Return what values (k,) tell of their mean: nan where one is missing."""
+    """Return the mean of values (k,) with its interval; nan if any value is missing."""
     if not len(values) or not np.isfinite(values).all():
         return Estimate(nan, nan, nan)
     found = intervals(values[None, :]).at(0)
@@ -284,10 +281,10 @@ def estimated(values: Floats) -> Estimate:
 
 
 class Search:
-    """A search among candidates of which nothing is known but their costs and predictions.
+    """The search among candidates, from their costs and predictions.
 
-    Candidates of one cost are a group, which is looked at together until one is the best that meets
-    the goals.  One that cannot be that is flown no further.
+    Candidates of one cost form a group, whose members get more seeds until one is the best that
+    meets the goals.  Those that cannot be the best get no more.
     """
 
     def __init__(
@@ -302,14 +299,16 @@ class Search:
         self._groups = [list(members) for _, members in groups]
         self._next_look = [0] * len(self._groups)
         self._outdone: set[int] = set()
-        self._cheapest: int | None = None  # number of the group in which one meets the goals
+        self._cheapest: int | None = (
+            None  # the cheapest group with a candidate that meets the goals
+        )
 
     def run(self) -> None:
-        """Find the cheapest group in which a candidate meets the goals, then the best of them.
+        """Find the cheapest group with a candidate that meets the goals, then its best one.
 
-        Costs are tried downwards from the one that is predicted to do, then upwards, and first with
-        few seeds, so that there is an answer early; in the end all that are cheaper have been tried
-        with as many as it takes.
+        Groups are tried downwards from the cheapest that is predicted to meet the goals, then
+        upwards; first with few seeds, so that there is an early answer, then all cheaper ones with
+        as many as needed.
 
         Raises:
             CutOff: when the budget was used up before.
@@ -323,7 +322,7 @@ class Search:
                 self._look(best)
 
     def _look_for_cheapest(self, seeds: int) -> None:
-        """Try each cost below that of the answer with so many seeds at most."""
+        """Try each group cheaper than the answer with at most `seeds` seeds."""
         start = self._predicted()
         for group in (*range(start, -1, -1), *range(start + 1, len(self._groups))):
             if self._cheapest is not None and group >= self._cheapest:
@@ -338,7 +337,7 @@ class Search:
                 self._cheapest = group
 
     def _predicted(self) -> int:
-        """Return the number of the cheapest group in which one is predicted to meet the goals."""
+        """Return the cheapest group with a candidate that is predicted to meet the goals."""
         for group, members in enumerate(self._groups):
             for member in members:
                 prior = self._candidates[member].prior
@@ -347,24 +346,24 @@ class Search:
         return 0
 
     def _having(self, group: int, verdict: Verdict | None) -> list[int]:
-        """Return the candidates of a group with a verdict, or without any."""
+        """Return the candidates of a group with a verdict, or (None) without one."""
         return [n for n in self._groups[group] if self._evidence.verdicts[n] == verdict]
 
     def _running(self, group: int) -> list[int]:
-        """Return which candidates of a group may still be the best that meets the goals."""
+        """Return the candidates of a group that may still be the best that meets the goals."""
         either = self._having(group, "met") + self._having(group, None)
         return [number for number in either if number not in self._outdone]
 
     def _leader(self, group: int) -> int:
-        """Return the best of those of a group that are shown to meet the goals."""
+        """Return the best candidate of a group among those that meet the goals."""
         met = [number for number in self._having(group, "met") if number not in self._outdone]
         return min(met, key=self._evidence.mean)
 
     def _look(self, group: int) -> None:
-        """Fly those that run at more seeds; judge which meet the goals, miss them, are outdone.
+        """Simulate a group's open candidates at more seeds, and judge them.
 
         Raises:
-            CutOff: when not all of them were flown.
+            CutOff: when the budget was used up before.
         """
         look, evidence = self._next_look[group], self._evidence
         evidence.fly(self._running(group), look)
@@ -380,7 +379,7 @@ class Search:
         self._note(self.selection())
 
     def selection(self) -> Selection:
-        """Return what is known now."""
+        """Return the present result."""
         best, evidence = self._cheapest, self._evidence
         numbers = range(len(self._candidates))
         verdicts = [
@@ -399,7 +398,7 @@ class Search:
         )
 
     def _doubts(self) -> Iterator[str]:
-        """Yield what keeps the answer from being as sure as was asked."""
+        """Yield why the answer lacks the stated confidence."""
         best, is_cut_short = self._cheapest, self._evidence.is_cut_short
         cheaper = range(len(self._groups) if best is None else best)
         whose = "candidate" if best is None else "cheaper candidate"
@@ -434,16 +433,17 @@ def select(
 ) -> Selection:
     """Return the candidate of the least cost that meets all goals, with the stated confidence.
 
-    With that confidence it meets them, none of less cost meets them by `zone` or more, and none of
-    equal cost that does is better in the first goal by more than it; `zone` is a share of a goal's
-    limit.  This holds over all looks at all candidates if means of missions are normal.
+    With that confidence it meets them, no cheaper candidate meets them by `zone` or more, and no
+    other of equal cost that meets them is better in the first goal by more than that; `zone` is a
+    share of a goal's limit.  This holds over all looks at all candidates if means of missions are
+    normal.
 
-    Candidates are flown at seeds 0, 1, ... alike, so that their noise is.  What is found depends on
-    the missions alone; where `sample` returns fewer than it was asked for, it is not settled.
-    `note` hears of what is known after each look.
+    All candidates use the same seeds 0, 1, ..., so that their noise is paired.  The result depends
+    on the missions alone; it is not settled if `sample` returns fewer than asked.  `note` receives
+    the present result after each look.
 
     Raises:
-        ValueError: when there is nothing to choose from, or nothing to choose it by.
+        ValueError: when there are no candidates or goals, or a setting is out of bounds.
     """
     if not candidates or not goals:
         raise ValueError("a selection needs one candidate and one goal at least")

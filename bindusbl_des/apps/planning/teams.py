@@ -1,8 +1,8 @@
-"""Teams that may be the answer: proposed, priced, predicted, and left out where they cannot be it.
+"""Teams that may be the answer: proposed, priced, predicted, and excluded if they cannot be it.
 
 A team is a scenario that differs from the user's in some keys.  What the user does not vary is
-proposed: places first, for each number of ASVs by themselves; other schedules and downlinks are
-then tried with the best of these.
+proposed: positions first, for each number of ASVs; then other schedules and downlinks with the best
+of these.
 """
 
 import json
@@ -43,13 +43,13 @@ POSITIONS = f"{FORMATION}.positions_m"
 SCHEDULE, DOWNLINK, REPLY = "protocol.schedule", "protocol.downlink", "protocol.downlink.reply"
 SHORTEST_SLOT = "protocol.shortest_downlink_slot_s"
 
-# By what teams are compared where no goal is predicted.
+# The goal that ranks teams if none of the question's is predicted.
 STANDARD = Goal("position_error_p95_m", below=1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Team:
-    """Keys laid over a question's scenario, the scenario that they make, and what it costs."""
+    """Keys laid over a question's scenario, the resulting scenario, and its cost."""
 
     question: Question
     keys: Keys
@@ -63,19 +63,17 @@ class Team:
 
     @cached_property
     def stations(self) -> Floats:
-        """Where its ASVs keep station (n, 2), m; none where they move, or there is none."""
+        """The stations (n, 2; m) of its ASVs; empty if they move, or without ASVs."""
         return np.array(self.setup.kept_stations_m).reshape(-1, 2)
 
     @property
     def predicted_from(self) -> Floats:
-        """The stations (n, 2), m, that predictions are made with: of a team without any ASV one
-        that is out of all ranges.
-        """
+        """The stations (n, 2; m) for predictions; without ASVs one that is out of all ranges."""
         return self.stations if self.asvs else np.array(NOWHERE)
 
     @property
     def moves(self) -> bool:
-        """Whether its ASVs move: then nothing is predicted, and it is flown."""
+        """Whether its ASVs move: then it is simulated without a prediction."""
         return self.asvs > 0 and not len(self.stations)
 
     @property
@@ -85,42 +83,42 @@ class Team:
 
     @property
     def is_moored(self) -> bool:
-        """Whether its ASVs are moored, in a ring or at places."""
+        """Whether its ASVs are moored, in a ring or at given positions."""
         return self.scenario.asvs.formation.moored is not None
 
     def changed(self, keys: Keys) -> "Team | None":
-        """Return it with other keys; None where they contradict the scenario."""
+        """Return the team with further keys; None if they contradict the scenario."""
         return team_of(self.question, {**self.keys, **keys})
 
     def placed(self, places: Keys) -> "Team | None":
-        """Return it with keys that put it elsewhere; None where they contradict the scenario."""
+        """Return the team with other formation keys; None if they contradict the scenario."""
         kept = {key: value for key, value in self.keys.items() if not key.startswith(FORMATION)}
         return team_of(self.question, {**kept, **places})
 
     @cached_property
     def inputs(self) -> Inputs | None:
-        """What its prediction is made of; None where it cannot be predicted, as of AUVs that have
-        each other alone.
-        """
+        """The inputs of its prediction; None if not predictable, or with peers but no ASV."""
         if not self.asvs and self.scenario.has_peers:
             return None
         return inputs_for(self.question, self.scenario)
 
     @cached_property
     def prediction(self) -> Prediction | None:
-        """What is predicted of it; None where nothing is."""
+        """Its prediction, or None."""
         if self.inputs is None or self.moves:
             return None
         return predict(self.inputs, self.predicted_from)
 
     @cached_property
     def lost(self) -> list[tuple[int, ...]]:
-        """Which of its ASVs may be lost together, by the question; none where that is none."""
+        """The combinations of its ASVs that may be lost together; none if no ASV is left."""
         number = self.question.lost
         return list(combinations(range(self.asvs), number)) if 0 < number < self.asvs else []
 
     def losses(self) -> Iterator[Keys]:
-        """Yield the keys of it with each loss: from the start on, and halfway, judged from then."""
+        """Yield its keys with each loss: from the start, and from halfway with metrics since
+        then.
+        """
         halfway = self.scenario.duration_s / 2
         judged = f"{RECORD}.metrics_from_s"
         since = {0.0: {}, halfway: {judged: max(halfway, self.scenario.record.metrics_from_s)}}
@@ -132,14 +130,14 @@ class Team:
 
     @cached_property
     def values(self) -> list[float]:
-        """The goals' values as predicted, with vessels lost the worst of each loss from the start
-        on; nan where a metric is not.
+        """The predicted values of the goals, with lost vessels by the worst loss; nan if
+        unknown.
         """
         return [self._value(goal) for goal in self.question.goals]
 
     @cached_property
     def _without(self) -> list[Prediction | None]:
-        """What is predicted of it without each of the vessels that may be lost."""
+        """The predictions of the team without each combination of lost vessels."""
         if self.inputs is None or self.moves:
             return [None] * len(self.lost)
         rests = (np.delete(self.stations, lost, axis=0) for lost in self.lost)
@@ -152,9 +150,9 @@ class Team:
 
     @cached_property
     def rank(self) -> float:
-        """How far it is predicted to be from its goals: below 0 all are met; the less the better.
+        """How far the team is predicted to be from its goals: below 0 all are met; less is better.
 
-        The largest `excess` of a goal; where none is predicted, that of the worst AUV's error.
+        The largest `excess` of a goal; if none is predicted, that of the worst AUV's error.
         """
         pairs = zip(self.question.goals, self.values, strict=True)
         known = [excess(goal, value) for goal, value in pairs if value == value]
@@ -162,7 +160,7 @@ class Team:
 
     @cached_property
     def bounds(self) -> tuple[float, float]:
-        """Between which two its largest `excess` lies in 99 of 100; inf where one is unknown."""
+        """The interval of its largest `excess` in 99 of 100 cases; inf if one is unknown."""
         low = high = -math.inf
         for goal, value in zip(self.question.goals, self.values, strict=True):
             error = STATED_ERROR.get(goal.metric)
@@ -175,7 +173,7 @@ class Team:
 
     @property
     def words(self) -> str:
-        """How many vessels, where, and what else is chosen."""
+        """The number of vessels, their positions, and other chosen values, in words."""
         keys, formation = self.keys, self.scenario.asvs.formation
         places = " in the scenario's places" if self.asvs else ""
         if self.moves:
@@ -198,7 +196,7 @@ class Team:
 
 
 def team_of(question: Question, keys: Keys) -> Team | None:
-    """Return the team that sets these keys; None where they contradict the scenario."""
+    """Return the team with these keys; None if they contradict the scenario."""
     try:
         scenario = laid_over(question.experiment.given, {"record.detail": "summary", **keys})
     except ValueError:
@@ -207,7 +205,7 @@ def team_of(question: Question, keys: Keys) -> Team | None:
 
 
 def _cost(question: Question, scenario: Scenario) -> float:
-    """Return the price of all ASVs, and of what else has one."""
+    """Return the price of all ASVs and of values of keys."""
     total, data = scenario.asvs.count * question.costs[ASV], scenario.model_dump(mode="json")
     for item, price in question.costs.items():
         key, equals, value = item.partition("=")
@@ -218,22 +216,22 @@ def _cost(question: Question, scenario: Scenario) -> float:
 
 
 def inputs_for(question: Question, scenario: Scenario) -> Inputs | None:
-    """Return what predictions of a scenario are made of; None where it cannot be predicted.
+    """Return the inputs of a scenario's prediction; None if it cannot be predicted.
 
-    All that differ in their places alone have the same.
+    Scenarios that differ only in their ASVs' placement share them.
     """
     data = scenario.model_dump(mode="json")
     key = json.dumps({**data, "asvs": {**data["asvs"], "count": 0, "formation": None}})
     if key not in question.inputs:
         try:
             question.inputs[key] = inputs_of(Setup.of(scenario))
-        except ValueError:  # a user-defined part, of which nothing is known beforehand
+        except ValueError:  # not predictable
             question.inputs[key] = None
     return question.inputs[key]
 
 
 def value_of(goal: Goal, prediction: Prediction | None) -> float:
-    """Return a goal's value as predicted; nan where its metric is not."""
+    """Return the predicted value of a goal; nan if its metric is not predicted."""
     if prediction is None or goal.metric not in Prediction._fields:
         return math.nan
     if goal.of == "worst":
@@ -242,9 +240,9 @@ def value_of(goal: Goal, prediction: Prediction | None) -> float:
 
 
 def excess(goal: Goal, value: float) -> float:
-    """Return by how much a value misses a goal, as a logarithm; below 0 it does not.
+    """Return by how much a value misses a goal, as a logarithm; below 0 it meets the goal.
 
-    It is that of the value over the limit, or of the limit over the value where more is better.
+    It is the logarithm of value over limit, or of limit over value if more is better.
 
     >>> excess(Goal("position_error_m", below=2.0), 1.0) < 0 < excess(STANDARD, 2.0)
     True
@@ -258,8 +256,9 @@ def excess(goal: Goal, value: float) -> float:
 
 
 def band(goal: Goal, value: float) -> tuple[float, float]:
-    """Return between which values nine in ten flown teams lie that are predicted to be `value`; nan
-    where that is not known.
+    """Return the interval that holds nine of ten simulated teams with this predicted value.
+
+    nan if the metric has no stated error.
     """
     error = STATED_ERROR.get(goal.metric)
     if error is None:
@@ -269,11 +268,11 @@ def band(goal: Goal, value: float) -> tuple[float, float]:
 
 
 def narrowed(teams: Sequence[Team]) -> tuple[list[Team], list[dict[str, Any]]]:
-    """Return the teams to fly, the cheapest first, and why how many are left out.
+    """Return the teams to simulate, the cheapest first, and rows of excluded ones.
 
-    Left out is what misses a goal even if it is predicted as wrongly as one in a hundred is, and
-    what is worse than another of the same cost even if both are.  The best of each cost is flown in
-    any case, and so is what cannot be predicted.  Teams of which no vessel would be left are not.
+    Excluded are teams that miss a goal, or are worse than another of the same cost, even with a
+    prediction error that one in a hundred exceeds, and teams that lose all vessels.  The best of
+    each cost and unpredictable teams stay.
     """
     by_cost: dict[float, list[Team]] = defaultdict(list)
     for team in teams:
@@ -305,23 +304,23 @@ def narrowed(teams: Sequence[Team]) -> tuple[list[Team], list[dict[str, Any]]]:
 
 
 def ring_keys(question: Question, radius: float, angle: float) -> dict[str, Any]:
-    """Return the keys of a regular formation of a radius (m) and an angle (deg)."""
+    """Return the keys of a regular formation with a radius (m) and an angle (deg)."""
     return {**unplaced(question), RADIUS: radius, ANGLE: angle}
 
 
 def place_keys(question: Question, places: Floats) -> dict[str, Any]:
-    """Return the keys of ASVs at places (n, 2), m."""
+    """Return the keys of ASVs at positions (n, 2; m)."""
     undone = _taken_back(question, "model", "radius_m", "positions_deg")
     return {**undone, COUNT: len(places), POSITIONS: places.round(3).tolist()}
 
 
 def unplaced(question: Question) -> dict[str, Any]:
-    """Return the keys that take back the positions of the scenario, where it gives any."""
+    """Return the keys that unset the scenario's positions, if it has any."""
     return _taken_back(question, "model", "positions_m", "positions_deg")
 
 
 def _taken_back(question: Question, *names: str) -> dict[str, Any]:
-    """Return the keys that undo what the scenario says of its formation, where it says that."""
+    """Return the keys that unset named values of the scenario's formation, if it has them."""
     asked = question.base.asvs.formation
     given = [name for name in names if getattr(asked, name, None) is not None]
     keys: dict[str, Any] = {f"{FORMATION}.{name}": None for name in given}
@@ -330,14 +329,14 @@ def _taken_back(question: Question, *names: str) -> dict[str, Any]:
     return keys
 
 
-# More are not suggested.
+# The largest suggested number.
 MOST_ASVS = 12
 
 
 def further(tried: Sequence[Team]) -> str:
-    """Return in a sentence how many more ASVs are predicted to be enough; empty if that is unknown.
+    """Return in a sentence how many more ASVs are predicted to suffice; "" if unknown.
 
-    They are those of the nearest team, in the regular formation that covers best.
+    They have the nearest team's other keys, in the regular formation that covers best.
     """
     nearest = min(tried, key=lambda team: team.rank)
     if not nearest.is_moored or nearest.prediction is None:
@@ -354,29 +353,29 @@ def further(tried: Sequence[Team]) -> str:
     return f"Not even {MOST_ASVS} ASVs are predicted to meet the goal." if most < MOST_ASVS else ""
 
 
-# Proposed where the user varies nothing of the kind.
+# Proposed if the user varies no schedule or downlink.
 SCHEDULES = tuple(name for name, traits in families.SCHEDULE.traits.items() if traits.is_proposed)
 DOWNLINKS = tuple(families.DOWNLINK.traits)
 
-# Of all pairs of these so many at most are flown beside the scenario's own: those predicted to be
-# best.
+# The most pairs of both to simulate beside the scenario's own, the best predicted ones.
 MOST_PROTOCOLS = 3
 
-# Regular formations of one number of ASVs that are predicted: radii up to the survey's corner, and
-# angles between two that look alike.
+# The predicted formations of each number of ASVs: radii up to the survey's corner, and angles
+# within the formation's symmetry.
 RADII, ANGLES = 8, 4
-# Of so many numbers of ASVs at so many points these are predicted; of more, coverage alone decides.
+# The most combinations of points and numbers of ASVs; beyond, coverage alone decides formations.
 MOST_PREDICTED = 60
 
-# More ASVs than these stay where their scenario has them.
+# The most ASVs to place; more keep the scenario's positions.
 MOST_PLACED = 50
 
 
 def proposed(question: Question, on_progress: Callable[[str], object]) -> list[Team]:
-    """Return all teams of a question: the user's points, each with what is proposed to go with it;
-    `on_progress` is called with how far that is.
+    """Return all teams of a question: the user's points, each with its proposed variations.
+
+    `on_progress` is called with text on the progress.
     """
-    # Direct replies take airtime: without, no modem can give them.
+    # Direct replies without airtime exist in no modem.
     points = [
         {**point, REPLY: "frame"} if is_instant(question, point) else point
         for point in question.experiment.points
@@ -391,15 +390,13 @@ def proposed(question: Question, on_progress: Callable[[str], object]) -> list[T
 
 
 def is_instant(question: Question, point: Keys) -> bool:
-    """Tell whether the user asks for direct replies without airtime."""
+    """Tell whether a point has direct replies without airtime."""
     team = team_of(question, point)
     return team is not None and not team.scenario.protocol.answer.takes_airtime
 
 
 def _as_listed(question: Question, point: Keys, widely: bool) -> Iterator[Team]:
-    """Yield a whole point as it was listed, and its vessels elsewhere where nothing says where they
-    are to be, neither the point nor the scenario.
-    """
+    """Yield the team of a listed point, and other placements if nothing gives one."""
     team = team_of(question, point)
     if team is None:
         return
@@ -409,7 +406,7 @@ def _as_listed(question: Question, point: Keys, widely: bool) -> Iterator[Team]:
 
 
 def _is_placed(point: Keys) -> bool:
-    """Tell whether a point says where vessels are to be, more than by the kind of placement."""
+    """Tell whether a point gives positions, not only the kind of placement."""
     return any(key.startswith(FORMATION) and key != PLACEMENT for key in point)
 
 
@@ -420,16 +417,16 @@ def _about(question: Question, point: Keys, widely: bool) -> Iterator[Team]:
         return
     counts = counts_of(point, base.scenario, question.listed)
     for count in [{COUNT: count} for count in counts] if len(counts) > 1 else [{}]:
-        # positions for another number of ASVs: they have to be placed anew
+        # positions of another number of ASVs do not fit, and are unset
         team = team_of(question, {**point, **count}) or team_of(
             question, {**point, **count, **unplaced(question)}
         )
         if team is None:
             continue
-        # Where only the kind of placement varies, each is placed as well as if it were not named.
+        # A kind of placement without positions still gets proposed ones.
         places = [team] if _is_placed(point) else [team, *_elsewhere(team, widely)]
         yield from places
-        if not team.asvs:  # no round is to be planned
+        if not team.asvs:  # without ASVs there are no rounds
             continue
         best = min(places, key=lambda team: team.rank)
         others = [best.changed(protocol) for protocol in _protocols(base.setup, point)]
@@ -438,9 +435,7 @@ def _about(question: Question, point: Keys, widely: bool) -> Iterator[Team]:
 
 
 def _elsewhere(team: Team, widely: bool) -> Iterator[Team]:
-    """Yield the best regular formations of a team, for coverage and for what is predicted, and the
-    places that cover most.
-    """
+    """Yield a team's best rings, by coverage and prediction, and the positions that cover most."""
     if not team.is_moored or not 0 < team.asvs <= MOST_PLACED:
         return
     question, area, inputs = team.question, team.setup.area, team.inputs
@@ -460,9 +455,9 @@ def _elsewhere(team: Team, widely: bool) -> Iterator[Team]:
 
 
 def _unlike(teams: Sequence[Team]) -> Iterator[Team]:
-    """Yield all but the first of teams that differ in their protocols alone, without those whose
-    schedule is predicted to change nothing: where no two AUVs ever ping together, it has nothing
-    to choose.
+    """Yield teams that differ only in protocols, without the first and those of equal predictions.
+
+    A schedule changes nothing, for instance, if no two AUVs may ever share a slot.
     """
     known = set[tuple[str, bytes]]()
     for number, team in enumerate(teams):
@@ -477,18 +472,19 @@ def _unlike(teams: Sequence[Team]) -> Iterator[Team]:
 
 
 def _protocols(setup: Setup, point: Keys) -> Iterator[dict[str, Any]]:
-    """Yield the schedules and downlinks to try besides those of the scenario, and downlink slots
-    that are no longer than their frames and guards; not where the user names both of the first.
+    """Yield keys of other schedules and downlinks, and of downlink slots as short as their frames.
+
+    Nothing if the user names both.
     """
     scenario = setup.scenario
     protocol = scenario.protocol
-    if protocol.asvs_ping:  # no AUV is scheduled or told
+    if protocol.asvs_ping:  # with passive ranging no AUV pings
         return
     own = protocol.schedule, protocol.downlink
     is_alone = scenario.auvs.count == 1
     schedules = own[:1] if SCHEDULE in point or is_alone else dict.fromkeys((own[0], *SCHEDULES))
     downlinks = own[1:] if DOWNLINK in point else dict.fromkeys((own[1], *DOWNLINKS))
-    # Unless it is asked for, a downlink slot lasts ten times what sound takes across the survey.
+    # A downlink slot by default lasts ten times the travel time across the survey.
     is_named = {SCHEDULE, DOWNLINK} <= point.keys() or SHORTEST_SLOT in point
     is_named |= protocol.shortest_downlink_slot_s is not None
     waits = not is_named and (

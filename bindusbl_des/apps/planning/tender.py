@@ -1,5 +1,5 @@
-"""Answers of several plans side by side, as tenders are compared: team, places, price, hours,
-error, and what is left of it after a loss.
+"""Answers of several plans side by side, as tenders: team, positions, price, hours, error, and the
+error after a loss.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,21 +17,21 @@ from .teams import excess
 
 Row = Mapping[str, Any]
 
-# Doubts of a vessel that is lost
+# Conditions with a lost vessel
 LOSSES = ("lost", "lost_halfway")
 
 
 def tender(folders: Sequence[Path]) -> list[dict[str, Any]]:
-    """Return a row for each folder of a plan, of the team that it speaks of.
+    """Return a row for the answer, or the nearest team, of each plan's folder.
 
     Each is ``{plan, whose, team, asvs, places, price, duration_s, goal, settled, met, unit, mean,
-    low, high, after_loss}``: `places` as in `plan.json`; `price` is None where nothing has one;
-    `unit`, `mean` and its 95 % interval are lists, one for each goal of the whole team.
-    `after_loss` is ``{told, mean, low, high, met}``, of any vessels if the plan asked for that, or
-    else the worse of the losses that it doubts; None where it flew none.
+    low, high, after_loss}``: `places` as in `plan.json`; `price` is None without prices; `unit`,
+    `mean` and its 95 % interval have one value for each goal without losses.  `after_loss` is
+    ``{told, mean, low, high, met}``, of any lost vessels if the plan asked for that, else the worst
+    condition with a loss; None if none was simulated.
 
     Raises:
-        PlanError: when nothing was flown yet, a file cannot be used, or goals differ.
+        PlanError: when no team was simulated yet, a file cannot be used, or goals differ.
     """
     rows, asked = [], list[list[Goal]]()
     for folder in folders:
@@ -72,7 +72,7 @@ ENDS = ("mean", "low", "high")
 
 
 def _after_loss(record: Row, simulated: Row, goals: int) -> dict[str, Any] | None:
-    """Return what a team comes to with vessels lost, as a plan has flown it."""
+    """Return a team's values with vessels lost, as the plan simulated them."""
     asked = goals_in(record["goal"])
     if lost := [goal for goal in asked if goal.lost]:
         own = {name: list(simulated.get(name) or ())[goals:] for name in ENDS}
@@ -90,7 +90,7 @@ def _missing(goal: Goal, mean: float | None) -> float:
 
 
 def tender_table(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield the lines of a tender: a table of numbers, then where the vessels of each team lie."""
+    """Yield the lines of a tender: a table of numbers, then the vessels' positions."""
     metrics = [goal["metric"] for goal in rows[0]["goal"]]
     units = [f" ({unit})" if unit else "" for unit in rows[0]["unit"]]
     errors = [f"{metric}{unit}" for metric, unit in zip(metrics, units, strict=True)]

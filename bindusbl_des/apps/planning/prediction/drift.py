@@ -1,10 +1,9 @@
-"""How an error of position grows and shrinks: its mean, its covariance, and what a filter thinks.
+"""How the error of a position grows and shrinks: true mean, true covariance, and the filter's.
 
-States are the error (m) along x and y, and two numbers of each source of drift, as in
-:mod:`....core.navigation.belief`.  Three things are carried on side by side: the covariance that
-the filter believes in, by which it weighs fixes, and the true mean and covariance of its errors,
-which follow from the same gains.  They differ where the filter is told something else than the
-truth, or weighs by no covariance at all.
+The state holds the error (m) along x and y, and two numbers for each source of drift, as in
+:mod:`....core.navigation.belief`.  The filter weighs fixes by its own covariance; the true mean and
+covariance follow from the same gains.  They differ if the filter assumes other values than the true
+ones, or if it has a fixed gain.
 """
 
 from math import exp, expm1
@@ -19,10 +18,12 @@ FRAMES = {"body": BODY, "world": WORLD, "way": WAY}
 
 
 class Drifts(NamedTuple):
-    """The sources of drift: which frame each turns with (s,), or none (the last, if `has_common`,
-    is an error of fixes); its time constant (s,), s, infinite if it has none; the variances per
-    second with which they wander by random walk (s,); the standing variances (2 s,), true and
-    believed; and the random walk of the position (m2/s), true and believed.
+    """The s sources of drift, each with its frame (s,); one without a frame is the fixes' common
+    error (the last, if `has_common`).
+
+    `time_constants` (s,) are in s, infinite if constant; `wanders` (s,) are variances per second of
+    random walks; `variances` and `assumed` (2 s,) are stationary variances, true and the filter's;
+    `walk` and `assumed_walk` (m2/s) are the random walk of the position.
     """
 
     frames: Ints
@@ -36,7 +37,7 @@ class Drifts(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """An instant (s), the integrals of the heading (s) and the place (m) of an AUV then."""
+    """A time (s), the integrals of cosine and sine of the heading (s), and the position (m)."""
 
     time: float
     cosine: float
@@ -46,11 +47,10 @@ class Moment(NamedTuple):
 
 
 class DriftState(NamedTuple):
-    """What is known of errors at one instant: their true mean and covariance (k, k), and the
-    covariance (k, k) that the filter believes in.
+    """Errors at one instant: true mean, true covariance (k, k), the filter's covariance (k, k).
 
-    The first of the `rows` (m, k) is the mean.  Two each of the others are the covariances of the
-    error at an earlier instant, along x and y, with the states now: they change as a mean does.
+    The first of the `rows` (m, k) is the mean.  Two each of the others are covariances of the
+    present states with the error along x and y at an earlier instant, which change as a mean does.
     """
 
     rows: Floats
@@ -60,7 +60,7 @@ class DriftState(NamedTuple):
 
 @compiled
 def moment_at(time: float, step: float, places: Floats, headings: Floats) -> Moment:
-    """Return an AUV's moment at an instant (s), straight between those of its way (k, 2)."""
+    """Return an AUV's moment at time (s), interpolated between positions and headings (k, 2)."""
     place = min(max(time / step, 0.0), len(places) - 1.0)
     low = min(int(place), len(places) - 2)
     share = place - low
@@ -75,7 +75,7 @@ def moment_at(time: float, step: float, places: Floats, headings: Floats) -> Mom
 
 @compiled
 def carry(state: DriftState, begin: Moment, end: Moment, drifts: Drifts) -> None:
-    """Carry errors, in their place, from one moment to a later one."""
+    """Propagate errors in place from one moment to a later one."""
     passed = end.time - begin.time
     if passed <= 0.0:
         return

@@ -1,4 +1,4 @@
-"""What a page shows of a placement: the numbers of each AUV, and the survey shaded by them."""
+"""The predictions that a page shows: numbers of each AUV, and a map over the survey."""
 
 from typing import Any, Literal
 
@@ -13,11 +13,11 @@ from .inputs import Inputs
 from .mapping import OnWays, error_map, lane_map, nearest_on_ways
 from .predicting import predict
 
-# What a map is shaded by: the error of AUVs on their lanes, of one that dwells at a place, and the
-# chance that a ping from there makes a fix.
+# What shades a map: the error of AUVs on their lanes, the error of an AUV that dwells, or the
+# probability that a ping makes a fix.
 Shade = Literal["lanes", "dwells", "chance"]
 
-# Cells along a side of the survey: at rest, and while something is dragged.
+# Cells along a side of the survey: at rest, and while the user drags.
 FINE, COARSE = 48, 20
 
 COLUMNS = (
@@ -27,17 +27,16 @@ COLUMNS = (
 
 
 class Forecast:
-    """What is predicted of a scenario with its vessels at any stations.
+    """Predictions of a scenario with its vessels at any stations.
 
     `left_out` are sentences on what predictions leave out.
     """
 
     def __init__(self, setup: Setup, inputs: Inputs | None = None) -> None:
-        """Work out all that does not depend on the stations; `inputs` of the setup, if known, are
-        not gathered again.
+        """Compute what does not depend on stations; `inputs` of the setup may be given if known.
 
         Raises:
-            ValueError: when nothing is predicted of such a scenario, saying why.
+            ValueError: when the scenario cannot be predicted, saying why.
         """
         if not setup.kept_stations_m:
             why = "without a vessel that keeps its place nothing is predicted"
@@ -47,15 +46,15 @@ class Forecast:
         self._grids: dict[int, tuple[Grid, OnWays]] = {}
 
     def _grid(self, cells: int) -> tuple[Grid, OnWays]:
-        """Return so many cells along a side, and where on their ways AUVs are nearest to each."""
+        """Return a grid of `cells` along a side, and the paths' nearest point to each cell."""
         if cells not in self._grids:
             grid = survey_grid(self.setup, cells)
             self._grids[cells] = grid, nearest_on_ways(self._inputs.ways, grid.middles[:, :2])
         return self._grids[cells]
 
     def errors(self, stations: ArrayLike, shade: Shade, cells: int = FINE) -> dict[str, Any]:
-        """Return what is predicted with vessels at `stations` (m, 2), m: of the worst AUV of a
-        mission, of each AUV, and the map's shades.
+        """Return predictions with vessels at `stations` (m, 2; m): the worst AUV of a mission
+        (`worst`), each AUV (`auvs`), and the map (`shade`).
         """
         asvs = np.asarray(stations, dtype=np.float64)
         found = predict(self._inputs, asvs)
@@ -77,7 +76,7 @@ class Forecast:
         }
 
     def at(self, stations: ArrayLike, shade: Shade, cells: int = FINE) -> dict[str, Any]:
-        """Return the same, and the mean and the least chance of a fix over the survey."""
+        """Return the same, and the mean and least chance of a fix over the survey (`chance`)."""
         asvs = np.asarray(stations, dtype=np.float64)
         if cells == COARSE:
             chance = self._chance(asvs, self._grid(cells)[0])
@@ -87,7 +86,7 @@ class Forecast:
         return {**self.errors(asvs, shade, cells), "chance": told}
 
     def _chance(self, asvs: Floats, grid: Grid) -> tuple[float, float] | None:
-        """Return the mean and the least chance of a fix by the middles of cells."""
+        """Return the mean and the least probability of a fix at the centres of cells."""
         found = fix_chance(self.setup, asvs, grid.middles[grid.inside])
         if found is None:
             return None
@@ -95,7 +94,7 @@ class Forecast:
 
 
 def _drawn(grid: Grid, values: Floats) -> dict[str, Any]:
-    """Return the cells of a grid as a page draws them: None outside the survey, or not known."""
+    """Return a grid's cells as plain data, with None outside the survey or if unknown."""
     known = grid.inside & np.isfinite(values)
     found = [float(f"{value:.4g}") if told else None
              for value, told in zip(values.tolist(), known.tolist(), strict=True)]  # fmt: skip

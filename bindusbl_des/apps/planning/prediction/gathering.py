@@ -1,5 +1,5 @@
-"""What a prediction takes of a scenario: ways, errors of instruments, who pings and answers when,
-and what depends on a distance alone, at even steps; and, in words, what it leaves out.
+"""The inputs of a prediction, from a scenario: paths, errors, slots, and tables over distance; and,
+in sentences, what the prediction leaves out.
 """
 
 import math
@@ -38,14 +38,14 @@ from .inputs import (
 
 
 def inputs_of(setup: Setup) -> Inputs:
-    """Return what the prediction of a scenario is made of.
+    """Return the inputs of a scenario's prediction.
 
-    What does not depend on the placement of the ASVs is worked out once for all that differ in it.
+    Parts that do not depend on stations are computed once for all placements.
 
     Raises:
-        ValueError: when the route cannot be flown, the file of a channel cannot be read, AUVs ping
-            as they like, in no rounds, or come up to fix by GNSS, fixes wait for rounds, or are
-            repeated, relayed or acknowledged in frames.
+        ValueError: when the route cannot be driven, a channel's file cannot be read, or the
+            scenario has random access, GNSS fixes by surfacing, a growing queue of fixes, or
+            repeats, relays or acknowledgements in frames.
     """
     scenario = setup.scenario
     if scenario.protocol.random_access:
@@ -89,7 +89,7 @@ def inputs_of(setup: Setup) -> Inputs:
 
 
 def approximations(setup: Setup) -> Iterator[str]:
-    """Yield sentences on what of a scenario is predicted by something else, or left out."""
+    """Yield sentences on what of a scenario the prediction approximates or leaves out."""
     scenario = setup.scenario
     for key, name in scenario.plugins.items():
         if not key.endswith((".formation", ".route")):
@@ -176,12 +176,12 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield "No fix waits for a later broadcast, however full the first is."
 
 
-# Instants so far apart (s), but for missions that would have fewer, or more, than these.
+# The interval of instants (s), and the fewest and most instants of a mission.
 STEP_S, FEWEST, MOST = 2.5, 121, 361
 
 
 class _Plan:
-    """What decides the ways of a scenario's AUVs: placements of ASVs do not."""
+    """The keys of a scenario that decide its AUVs' paths, as a hashable key."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup, scenario = setup, setup.scenario
@@ -196,12 +196,12 @@ class _Plan:
 
 
 def ways_of(setup: Setup) -> PlannedWays:
-    """Return where the AUVs of a scenario are going to be, if they keep to their plans.
+    """Return the paths of a scenario's AUVs as planned.
 
-    Those with dynamics are taken for vehicles without, at the speed that they are to go.
+    AUVs with dynamics are treated as without, at their commanded speed.
 
     Raises:
-        ValueError: when the route cannot be flown.
+        ValueError: when the route cannot be driven.
     """
     return _ways(_Plan(setup))
 
@@ -221,7 +221,7 @@ def _ways(plan: _Plan) -> PlannedWays:
 
 
 def _systematic_errors(setup: Setup) -> SystematicErrors:
-    """Return the errors that fixes have in common; a clock that drifts as it is half through."""
+    """Return the systematic errors of fixes; a drifting clock has its error of half the mission."""
     scenario = setup.scenario
     found = {kind.name: kind.sds for kind in setup.lasting_errors}
     offset, drift = found.get("clock", (0.0, 0.0))
@@ -237,7 +237,7 @@ def _systematic_errors(setup: Setup) -> SystematicErrors:
 
 
 def _navigator(setup: Setup) -> PredictedNavigator:
-    """Return how the AUVs of a scenario navigate; a filter of one's own is taken for Kalman's."""
+    """Return the predicted navigator; a Kalman filter stands for user-defined filters."""
     scenario = setup.scenario
     navigation = scenario.navigation
     own = navigation.filter.is_own
@@ -255,7 +255,7 @@ def _navigator(setup: Setup) -> PredictedNavigator:
 
 
 def _others(setup: Setup) -> Iterator[OtherDrift]:
-    """Yield the dead reckoning of AUVs that errs by something else than AUV0's."""
+    """Yield the dead reckoning of AUVs whose sensors differ from AUV0's."""
     for sensors in dict.fromkeys(setup.sensors):
         members = tuple(auv for auv, own in enumerate(setup.sensors) if own == sensors)
         if members[0] != 0:
@@ -263,9 +263,7 @@ def _others(setup: Setup) -> Iterator[OtherDrift]:
 
 
 def _drift(setup: Setup, auv: int) -> tuple[float, float, tuple[DriftSource, ...]]:
-    """Return the random walk of an AUV's dead reckoning (m2/s), as it is and as its filter is told,
-    and its sources of drift.
-    """
+    """Return the random walk of an AUV's dead reckoning (m2/s), true and assumed; its sources."""
     sensors, (first, growth) = setup.sensors[auv], setup.beliefs
     assumed = [sqrt(first.covariances[auv, k, k]) for k in range(first.states.shape[1])]
     sources = (
@@ -287,7 +285,7 @@ def _bias(setup: Setup, auv: int, assumed: tuple[float, float]) -> list[DriftSou
 
 
 def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
-    """Return the current as one more velocity that dead reckoning through the water misses."""
+    """Return the current as a velocity error of dead reckoning through the water."""
     water = scenario.environment
     moves = assumed or water.current_m_per_s or water.current_variation_m_per_s
     if scenario.navigation.velocity == "over_ground" or not moves:
@@ -317,7 +315,7 @@ def _skew(setup: Setup, auv: int, assumed: tuple[float, float]) -> list[DriftSou
     return [DriftSource("way", (0.0, 0.0), (sensors.scale_factor_sd, turned), assumed)]
 
 
-# What stands in for parts of one's own that do not say what they are like.
+# Substitutes for user-defined parts that declare nothing.
 SCHEDULE = families.ScheduleTraits(groups="first_fit")
 DOWNLINK = families.DownlinkTraits(waits=True)
 BROADCASTER = families.BroadcasterTraits("turn")
@@ -325,7 +323,7 @@ NAVIGATOR = next(name for name, traits in families.NAVIGATOR.traits.items() if t
 
 
 def _slots(setup: Setup) -> SlotLengths:
-    """Return how long slots last; those of an own ranging that is not loaded hold one ping."""
+    """Return the slot lengths; without its code a user-defined ranging has slots of one ping."""
     scenario = setup.scenario
     slots, protocol = setup.slots, scenario.protocol
     fixes = range(scenario.auvs.count + 1)
@@ -353,9 +351,9 @@ def _slots(setup: Setup) -> SlotLengths:
 
 
 def _usual_slot(setup: Setup, slots: Slots) -> float | None:
-    """Return about how long (s) a slot is where schedules know none of T_UL; None where they do.
+    """Return the mean length of a slot (s) if the schedule has no fixed length, else None.
 
-    AUVs are polled from two thirds of the longest way, as they are on average over a disc.
+    A polled AUV is at two thirds of the largest distance, the mean over a disc.
     """
     pace = pace_of(setup, slots)
     if setup.schedule.pace == "answered":
@@ -366,7 +364,7 @@ def _usual_slot(setup: Setup, slots: Slots) -> float | None:
 
 
 def _reply_s(setup: Setup) -> float:
-    """Return how long after a ping's front (s) the end of its answer sets out, handed over."""
+    """Return the time (s) from a ping's front to the end of its reply, with the modem's delay."""
     delay, messages = setup.reply_delay_s, setup.messages
     if not setup.scenario.protocol.replies_in_frames:
         return delay
@@ -374,7 +372,7 @@ def _reply_s(setup: Setup) -> float:
 
 
 def _access(setup: Setup) -> AccessPlan:
-    """Return who pings when, and who answers how."""
+    """Return which vehicle pings when, and which ASV answers how."""
     protocol = setup.scenario.protocol
     schedule, broadcaster = setup.schedule, setup.broadcaster
     framed = schedule.framed
@@ -390,19 +388,19 @@ def _access(setup: Setup) -> AccessPlan:
     )
 
 
-# Steps of a table, and how far it reaches: so many times the farthest that matters.
+# The steps of a table, and its length as a multiple of the largest relevant distance.
 STEPS, FARTHER = 400, 1.25
 
 
 def farthest_of(setup: Setup) -> float:
-    """Return how far (m) tables reach: across the survey and the formation, or twice the range."""
+    """Return the length (m) of tables: the larger of survey and formation, or twice the range."""
     scenario = setup.scenario
     hf, mf, area = scenario.acoustics.hf, scenario.acoustics.mf, setup.area
     return FARTHER * max(2.0 * hf.range_m, mf.range_m, 1.5 * area.across)
 
 
 def hf_chances(setup: Setup) -> Chances:
-    """Return how likely a ping is decoded by one array."""
+    """Return the probability that one array decodes a ping."""
     scenario = setup.scenario
     hf, farthest = scenario.acoustics.hf, farthest_of(setup)
     ranges = np.linspace(0.0, farthest, STEPS + 1)
@@ -414,7 +412,7 @@ def hf_chances(setup: Setup) -> Chances:
 
 
 def mf_chances(setup: Setup) -> Chances:
-    """Return how likely an AUV decodes a frame with the fixes of all."""
+    """Return the probability that an AUV decodes a frame with the fixes of all."""
     scenario = setup.scenario
     mf, farthest = scenario.acoustics.mf, farthest_of(setup)
     is_cut = mf.traits.ends_at_range or not mf.by_place
@@ -427,10 +425,10 @@ def mf_chances(setup: Setup) -> Chances:
 
 
 def fix_noise(setup: Setup) -> FixNoise:
-    """Return what a fix of each AUV by one array errs by, at its depth.
+    """Return the error variances of a fix by one array, for each AUV's depth.
 
-    The arrays that ship resolve all azimuths alike; of an instrument of one's own nobody knows, so
-    that the default array stands in for it.
+    Shipped arrays have the same errors at all azimuths.  The default array stands for user-defined
+    instruments.
     """
     scenario = setup.scenario
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
@@ -459,9 +457,9 @@ def fix_noise(setup: Setup) -> FixNoise:
 
 
 def _moved_m2(setup: Setup) -> float:
-    """Return the variance (m2) of the way between a call and its answer; below 0: none calls.
+    """Return the variance (m2) of an AUV's displacement from call to reply; below 0 without calls.
 
-    A filter that weighs fixes knows that way by dead reckoning, but for the walk meanwhile.
+    A filter that weighs fixes knows it by dead reckoning, but for the random walk.
     """
     scenario = setup.scenario
     protocol = scenario.protocol

@@ -1,8 +1,8 @@
-"""What a prediction is made of: plain numbers and arrays, worked out once for many placements.
+"""The inputs of a prediction: numbers and arrays, computed once for many placements.
 
-Where the ASVs are is not among them: :func:`.predicting.predict` takes that beside them, so that a
-placement can be tried in milliseconds.  How far predictions are from simulations was measured
-(docs/planning.md, Predicted error).
+They exclude the stations of ASVs, which :func:`.predicting.predict` takes as its own argument, so
+that a placement takes milliseconds.  docs/planning.md (Predicted error) gives the measured
+accuracy.
 """
 
 from dataclasses import dataclass, replace
@@ -14,9 +14,10 @@ from ....support.arrays import Floats
 
 
 class Off(NamedTuple):
-    """How far predictions are off, as a share of what is simulated, or of what is predicted if that
-    is less: of half of all plans less than `median`, of nine tenths less than `p90`, of 99 in a
-    hundred less than `p99`.
+    """The relative error of predictions, as a share of the smaller of both values.
+
+    Half of all plans err by less than `median`, nine in ten by less than `p90`, 99 in 100 by less
+    than `p99`.
     """
 
     median: float
@@ -24,8 +25,8 @@ class Off(NamedTuple):
     p99: float
 
 
-# Of the worst AUV: Prediction.worst against the mean over four missions, of 520 plans drawn at
-# random (tests/predicted_for_tests.py), but for those where either of the two is 0.
+# Prediction.worst against the mean over four missions, for 520 random plans
+# (tests/predicted_for_tests.py) without those where either is 0.
 STATED_ERROR = {
     "position_error_m": Off(0.064, 0.364, 1.093),
     "position_error_rms_m": Off(0.075, 0.400, 1.400),
@@ -40,10 +41,10 @@ STATED_ERROR = {
 
 @dataclass(frozen=True)
 class PlannedWays:
-    """Where n AUVs are going to be at k even instants (k,), s, from the start to the end.
+    """The planned paths of n AUVs at k even instants `times_s` (k,), from start to end.
 
-    Their places (n, k, 2), m, the integrals of the cosine and sine of their headings (n, k, 2), s,
-    and their depths (n,), m.
+    `places_m` (n, k, 2) are positions, `headings_s` (n, k, 2) the integrals of cosine and sine of
+    the heading (s), `depths_m` (n,) depths.
     """
 
     times_s: Floats
@@ -54,10 +55,10 @@ class PlannedWays:
 
 @dataclass(frozen=True)
 class Chances:
-    """How likely a signal is decoded: by slant range, and nothing beyond `range_m` if it `is_cut`.
+    """The probability that a signal is decoded, by slant range; 0 beyond `range_m` if it `is_cut`.
 
-    `chances` (g,) belong to slant ranges 0, `step_m`, 2 `step_m` and so on, straight in between and
-    the last of them beyond.  `by_slant` tells which distance is compared with the range.
+    `chances` (g,) belong to slant ranges 0, `step_m`, 2 `step_m`, ..., linear in between and
+    constant beyond.  The range limits the slant distance if `by_slant`, else the horizontal one.
     """
 
     range_m: float
@@ -69,11 +70,11 @@ class Chances:
 
 @dataclass(frozen=True)
 class FixNoise:
-    """What a fix by one array errs by: variances (n, g), m2, of n AUVs by horizontal distance.
+    """The error variances (n, g; m2) of a fix by one array, for n AUVs over horizontal distance.
 
-    Along the line of sight seen from above, across it, downwards, and the covariance of along and
-    down.  They belong to distances 0, `step_m`, 2 `step_m` and so on, as those of :class:`Chances`;
-    so does the share of it that changes slowly, `slow` (n, g).
+    `along` and `across` the horizontal line of sight, `down`, and `leaning`, the covariance of
+    along and down, at distances 0, `step_m`, 2 `step_m`, ... as in :class:`Chances`.  `slow` (n, g)
+    is the share that changes slowly.
     """
 
     step_m: float
@@ -86,12 +87,12 @@ class FixNoise:
 
 @dataclass(frozen=True)
 class SystematicErrors:
-    """Errors that fixes have in common all the time, as standard deviations.
+    """Standard deviations of the errors that fixes have in common.
 
-    Of each array's heading (rad) and GNSS position per axis (m), which wanders with a time constant
-    (s); of all ranges the share by which they are too long, and how late (s) an AUV's clock is.
-    Slow acoustic errors last for `slow_s` (s; 0: there are none).  Whether the filter is told of
-    all of them (`is_estimated`), so that it estimates them.
+    Each array has a misalignment (rad) and a GNSS error per axis (m), a Gauss-Markov process; all
+    ranges share a relative error of sound speed; each AUV has a clock error (s).  Slow acoustic
+    errors last `slow_s` (s; 0 without).  `is_estimated`: the filter knows of all of them and
+    estimates them.
     """
 
     misalignment_rad: float
@@ -104,22 +105,20 @@ class SystematicErrors:
 
     @property
     def is_none(self) -> bool:
-        """Whether there are no such errors."""
+        """Whether all these errors are zero."""
         of_all = self.sound_speed_share or self.clock_s or self.slow_s
         return not (self.misalignment_rad or self.gnss_m or of_all)
 
 
 @dataclass(frozen=True)
 class SlotLengths:
-    """How long slots last (s).
+    """Lengths of slots (s), in whole ticks of `tick_rate_hz` (0: no ticks).
 
-    An uplink slot holds `ways` times the ping of `ping_s` and the longest way, the turnaround and
-    `uplink_guard_s`, and lasts `shortest_uplink_s` at least, and holds after that a direct reply's
-    frame and guard, `answer_s`; `fixed_uplink_s` (None: there is none) is that of a ranging of
-    one's own.  The longest way is the HF range, or reaches to `deepest_m`
-    where that is horizontal, at `sound_speed_m_per_s`.  Downlink slots and what a frame's delivery
-    takes after it begins are those of 0, 1, ... n fixes (n + 1,).  All are whole ticks of
-    `tick_rate_hz`; 0: there are none.
+    An uplink slot holds `ways` times a ping of `ping_s` and the largest travel time, the turnaround
+    and `uplink_guard_s`, at least `shortest_uplink_s`; then `answer_s`, a direct reply's frame and
+    guard.  `fixed_uplink_s` replaces that for a user-defined ranging.  The largest distance is the
+    HF range, to `deepest_m` if that is horizontal.  `downlink_s` and `frame_s`, from a frame's
+    begin to its delivery, are those of 0 to n fixes (n + 1,).
     """
 
     ping_s: float
@@ -138,11 +137,11 @@ class SlotLengths:
 
 @dataclass(frozen=True)
 class AccessPlan:
-    """Who pings when, and who answers how, as the parts of the protocol declare it.
+    """Which vehicle pings when and which ASV answers how, as the protocol's parts declare it.
 
-    `frame_s` is 0 unless the schedule has frames; `fixed_asv` broadcasts if the broadcaster is
-    fixed; the end of a direct reply, or all of it, sets out `reply_s` after a ping's front, in a
-    frame that others may overlap if it `replies_in_frames`.
+    `frame_s` is 0 without frames; `fixed_asv` broadcasts if the broadcaster is fixed.  A direct
+    reply ends `reply_s` after the ping's front; it is a frame that others may overlap if
+    `replies_in_frames`.
     """
 
     schedule: families.ScheduleTraits
@@ -157,13 +156,12 @@ class AccessPlan:
 
 @dataclass(frozen=True)
 class DriftSource:
-    """What makes dead reckoning drift: two numbers, constant but for what is said of them here.
+    """A source of drift of dead reckoning: a pair of numbers that rotates with `frame`.
 
-    They turn with the `frame`: `body` (velocity ahead and to starboard, m/s), `world` (velocity
-    along x and y, m/s), `way` (share by which the way is stretched, and turned).  Their true mean,
-    the standard deviations with which they are drawn, and those which the filter is told.  They
-    wander as a Gauss-Markov process of `time_constant_s` (None: they are constant), or as a random
-    walk with the variance `wander_per_s`.
+    `body`: velocity ahead and to starboard (m/s); `world`: velocity along x and y (m/s); `way`: the
+    share by which the path is stretched, and rotated.  `mean` and `drawn_sd` are true, `assumed_sd`
+    is the filter's.  The pair is constant, a Gauss-Markov process of `time_constant_s`, or a random
+    walk of variance `wander_per_s`.
     """
 
     frame: str
@@ -176,12 +174,11 @@ class DriftSource:
 
 @dataclass(frozen=True)
 class PredictedNavigator:
-    """How an AUV navigates: its `filter` by name, what that declares (`kind`), and how wrong its
-    dead reckoning is.
+    """How an AUV navigates: its `filter` by name, its declared `kind`, and its dead reckoning.
 
-    Filters of a fixed gain have this `gain`; fixes are compared with what is believed of their ping
-    (`at_ping`), or of their delivery.  Positions at the start and the random walk (m2/s per axis)
-    as they are, and as the filter is told.
+    A filter of fixed gain uses `gain`; it compares fixes with its estimate at the ping (`at_ping`)
+    or at the delivery.  Initial positions and random walks (m2/s per axis) are true, and as the
+    filter assumes.
     """
 
     filter: str
@@ -195,14 +192,15 @@ class PredictedNavigator:
     sources: tuple[DriftSource, ...]
 
 
-# How wrong dead reckoning is, of a navigator
+# The fields of a navigator's dead reckoning
 DRIFTS = "walk_m2_per_s", "assumed_walk_m2_per_s", "sources"
 
 
 @dataclass(frozen=True)
 class OtherDrift:
-    """The dead reckoning of AUVs, by their numbers, that errs by something else than AUV0's, as of
-    :class:`PredictedNavigator`.
+    """The dead reckoning of AUVs (`members`, by number) whose errors differ from AUV0's.
+
+    Fields are those of :class:`PredictedNavigator`.
     """
 
     members: tuple[int, ...]
@@ -213,10 +211,10 @@ class OtherDrift:
 
 @dataclass(frozen=True)
 class Inputs:
-    """All that a prediction is made of but for the stations of the ASVs.
+    """All inputs of a prediction but the stations of the ASVs.
 
-    `navigator` is that of AUV0, and of all AUVs but the `others`.  `approximations` are sentences
-    on what the prediction leaves out of the scenario.
+    `navigator` is that of all AUVs but the `others`.  `approximations` are sentences on what the
+    prediction leaves out.
     """
 
     duration_s: float
@@ -234,7 +232,7 @@ class Inputs:
 
     @property
     def navigators(self) -> list[tuple[list[int], PredictedNavigator]]:
-        """How AUVs navigate, by their numbers."""
+        """Groups of AUVs, by their numbers, each with its navigator."""
         found = []
         for own in self.others:
             drift = {name: getattr(own, name) for name in DRIFTS}

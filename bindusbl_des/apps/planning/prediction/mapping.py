@@ -1,9 +1,8 @@
-"""Maps of errors over a survey: that of the AUV whose lanes are nearest, as it passes; and what an
-AUV settles at where it dwells, without any way through the survey.
+"""Maps of errors over a survey: of the AUV whose path is nearest, or of an AUV that dwells.
 
-How large an error is follows from its mean and covariance: the square of a plane Gaussian error is
-taken for a gamma variable of the same mean and variance (Satterthwaite 1946), which it is where it
-is round and has no mean, where it lies along a line, and where it does not vary at all.
+The size of an error follows from its mean and covariance: the square of a plane Gaussian error is
+approximated by a gamma variable of the same mean and variance (Satterthwaite 1946), exactly if it
+is isotropic with zero mean, one-dimensional with zero mean, or constant.
 """
 
 from dataclasses import replace
@@ -19,21 +18,22 @@ from .march import Errors
 from .rounds import RoundPlan, planned_rounds
 from .sights import ExpectedSights, fixes, located, seen, sights
 
-# Of a standard normal number: quantiles in the middle of each twentieth, those above a half
+# Quantiles of the standard normal distribution at the middle of each upper twentieth.
 QUANTILES = (
     *(0.062706777943, 0.189118426273, 0.318639363964, 0.45376219017, 0.597760126042),
     *(0.75541502636, 0.934589291073, 1.150349380376, 1.439531470938, 1.95996398454),
 )
 TWENTIETHS = np.array([-number for number in reversed(QUANTILES)] + list(QUANTILES))
 
-# By so much the argument of a quotient of gamma functions is raised before it is expanded.
+# The shift of the gamma quotient's argument before its expansion.
 RAISED = 8
 
 
 def squares(mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-    """Return the mean square (...), m2, of errors with a mean (..., 2), m, and a covariance xx, yy,
-    xy (..., 3), m2, and how many of its standard deviations that is, squared: infinite where they
-    do not vary.
+    """Return the mean square (...; m2) of errors, and the shape of its gamma distribution.
+
+    `mean` is (..., 2; m), `covariance` xx, yy, xy (..., 3; m2).  The shape is the squared ratio of
+    the mean square to its standard deviation, infinite if that is 0.
     """
     x, y = mean[..., 0], mean[..., 1]
     xx, yy, xy = (covariance[..., k] for k in range(3))
@@ -46,7 +46,7 @@ def squares(mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
 
 
 def mean_size(square: Floats, shape: Floats) -> Floats:
-    """Return the mean length of errors (m) by their mean square (m2) and its `shape`."""
+    """Return the mean length of errors (m) from their mean square (m2) and gamma shape."""
     known = np.where(np.isinf(shape), 1.0, shape)
     varying = np.sqrt(square / known) * gamma_quotient(known)
     return np.asarray(np.where(np.isinf(shape), np.sqrt(square), varying))
@@ -71,7 +71,7 @@ def gamma_quotient(shape: Floats) -> Floats:
 
 
 def sizes_of_all(square: Floats, shape: Floats) -> Floats:
-    """Return the lengths (..., 20), m, that errors have in each twentieth of all cases.
+    """Return the lengths (..., 20; m) of errors in the middle of each twentieth of all cases.
 
     Source: Wilson and Hilferty, Proc. National Academy of Sciences 17, 1931.
     """
@@ -81,7 +81,7 @@ def sizes_of_all(square: Floats, shape: Floats) -> Floats:
 
 
 def quantile(values: Floats, share: float) -> Floats:
-    """Return a quantile of values (n, m), linear between the two beside it, (n,)."""
+    """Return a quantile (n,) of each row of values (n, m), interpolated linearly."""
     rising = np.sort(values, axis=1)
     place = share * (rising.shape[1] - 1)
     low = min(int(place), rising.shape[1] - 2)
@@ -89,12 +89,11 @@ def quantile(values: Floats, share: float) -> Floats:
 
 
 def scatter(errors: Errors, square: Floats, size: Floats) -> Floats:
-    """Return the standard deviations (n,) of the mean length over one mission, as shares of it.
+    """Return the standard deviation (n,) of a mission's mean error, as a share of the mean.
 
-    `square` (m2) and `size` (m), (n, k), are the mean square and mean length of errors.  Lengths
-    are taken to be as much alike as their squares; the variance of a mean over time is the mean
-    over all pairs of instants, of which those with the first of the two at one of a few stand for
-    all.
+    `square` (m2) and `size` (m), both (n, k), are the mean square and mean length of errors.
+    Lengths are assumed as correlated as their squares.  The variance of a mean over time is a mean
+    over pairs of instants; a few first instants stand for all.
     """
     spread = np.sqrt(np.maximum(square - size * size, 0.0))
     auvs, count, instants = errors.alike.shape
@@ -111,9 +110,9 @@ def scatter(errors: Errors, square: Floats, size: Floats) -> Floats:
 
 
 def expected_largest(values: Floats, varies: Floats) -> float:
-    """Return the expected largest of independent numbers (n,) that each scatter by a share (n,).
+    """Return the expected largest of n independent values with relative standard deviations (n,).
 
-    They are taken for gamma variables, each for its twenty values that are as likely.
+    Each is a gamma variable, approximated by twenty equally likely values.
     """
     third = varies[:, np.newaxis] / 3.0
     cases = values[:, np.newaxis] * np.maximum(1.0 - third**2 + TWENTIETHS * third, 0.0) ** 3
@@ -128,8 +127,8 @@ def expected_largest(values: Floats, varies: Floats) -> float:
 
 
 class OnWays(NamedTuple):
-    """Where on the ways of AUVs each of p places is nearest (p,): which AUV, after which instant,
-    and which share of the way to the next.
+    """The nearest point of the AUVs' paths to each of p places: AUV, instant before it, and share
+    of the leg to the next instant, (p,) each.
     """
 
     auv: Ints
@@ -137,12 +136,12 @@ class OnWays(NamedTuple):
     share: Floats
 
 
-# So many pairs of a place and a leg are looked at at once.
+# The most pairs of a place and a leg in one array.
 MOST_PAIRS = 1_000_000
 
 
 def nearest_on_ways(ways: PlannedWays, places: ArrayLike) -> OnWays:
-    """Return where on the ways of AUVs `places` (p, 2), m, are nearest."""
+    """Return the nearest points of the AUVs' paths to `places` (p, 2; m)."""
     spots = np.asarray(places, dtype=np.float64)
     begins = ways.places_m[:, :-1].reshape(-1, 2)
     legs = np.diff(ways.places_m, axis=1).reshape(-1, 2)
@@ -160,21 +159,20 @@ def nearest_on_ways(ways: PlannedWays, places: ArrayLike) -> OnWays:
 
 
 def lane_map(nearest: OnWays, error_over_time: Floats) -> Floats:
-    """Return the mean error (p,), m, of the AUV that passes nearest to each place, as it passes."""
+    """Return the mean error (p,; m) of the AUV that passes nearest to each place, as it passes."""
     auv, instant, share = nearest
     before, after = error_over_time[auv, instant], error_over_time[auv, instant + 1]
     return np.asarray((1.0 - share) * before + share * after)
 
 
-# Fixes that come more seldom than one in so many rounds are none.
+# A smaller probability of a fix per round counts as none.
 SELDOM = 1e-3
 
 
 class ErrorMap(NamedTuple):
-    """What is expected at p places: the mean error (p,), m, of an AUV that dwells there, and how
-    likely a round brings it a fix (p,).
+    """The mean error (p,; m) of an AUV that dwells at each place; a round's chance of a fix.
 
-    Where none comes, the error is what dead reckoning has drifted by on average over the mission.
+    Without fixes the error is the drift of dead reckoning, averaged over the mission.
     """
 
     error_m: Floats
@@ -182,10 +180,10 @@ class ErrorMap(NamedTuple):
 
 
 def error_map(inputs: Inputs, stations: ArrayLike, places: ArrayLike) -> ErrorMap:
-    """Return the errors at `places` (p, 2), m, with ASVs at `stations` (m, 2), m.
+    """Return the errors at `places` (p, 2; m) with ASVs at `stations` (m, 2; m).
 
-    Rounds are as long as the fleet's on average, the AUV is the first of them, and sources of drift
-    are known as well as fixes of a whole mission tell them (Kalman), or not at all (fixed gain).
+    Rounds have the fleet's mean length, and the AUV is the first of it.  Its filter knows the
+    sources of drift as well as the fixes of a mission allow (Kalman), or not at all (fixed gain).
     """
     asvs, spots = (np.asarray(given, dtype=np.float64) for given in (stations, places))
     plan = planned_rounds(inputs, seen(inputs, asvs))
@@ -220,7 +218,7 @@ def _tables(noise: FixNoise) -> tuple[Floats, ...]:
 
 
 def _delivered(inputs: Inputs, around: ExpectedSights) -> Floats:
-    """Return how likely an AUV decodes a broadcast (p,)."""
+    """Return the probability (p,) that an AUV decodes a broadcast."""
     chosen, delivered = inputs.access.broadcaster, around.delivered[0]
     if inputs.access.downlink.replies:
         if not inputs.access.replies_in_frames:
@@ -234,9 +232,7 @@ def _delivered(inputs: Inputs, around: ExpectedSights) -> Floats:
 
 
 class Pauses(NamedTuple):
-    """What lies between fixes: their mean interval (p,), s, how likely a round brings one (p,), and
-    how late (s) they take effect.
-    """
+    """The mean interval of fixes (p,; s), a round's chance of one (p,), and their latency (s)."""
 
     interval_s: Floats
     chance: Floats
@@ -244,7 +240,7 @@ class Pauses(NamedTuple):
 
 
 def _late(inputs: Inputs, plan: RoundPlan) -> float:
-    """Return how long after its ping (s) an AUV is told of it, on average."""
+    """Return the mean latency (s) of a fix."""
     if inputs.access.ranging.asvs_ping:
         return 0.0
     if inputs.access.downlink.replies:
@@ -254,14 +250,14 @@ def _late(inputs: Inputs, plan: RoundPlan) -> float:
 
 
 def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> tuple[Floats, Floats]:
-    """Return the mean (p, 2), m, and covariance xx, yy, xy (p, 3), m2, of errors that settle.
+    """Return the mean (p, 2; m) and covariance xx, yy, xy (p, 3; m2) of errors in steady state.
 
-    Drift that is not estimated is taken to be along x.
+    Drift that is not estimated lies along x.
     """
     navigator, (interval, chance, late) = inputs.navigator, pauses
     walk, biases, mean = navigator.walk_m2_per_s, _velocities(inputs), np.zeros((len(noise), 2))
     varies = interval * interval * (1.0 - np.minimum(chance, 1.0))
-    age = (interval * interval + varies) / (2.0 * interval) + late  # of the last fix, over time
+    age = (interval * interval + varies) / (2.0 * interval) + late  # mean age of the last fix
     if navigator.kind.has_gain:
         gain = navigator.gain
         left = (1.0 - gain) ** 2 / (gain * (2.0 - gain))
@@ -281,11 +277,11 @@ def _settled(inputs: Inputs, pauses: Pauses, noise: Floats) -> tuple[Floats, Flo
 
 
 def _settling(walk: Floats, noise: Floats) -> Floats:
-    """Return sqrt(q^2 / 4 + q R) for walks q (p,), m2, and noise R of xx, yy, xy (p, 3), m2: the
-    covariance in the middle between two fixes of a Kalman filter (scalar Riccati equation).
+    """Return sqrt(q^2 / 4 + q R) for walks q (p,; m2) and noise R of xx, yy, xy (p, 3; m2).
 
-    The square root of a matrix M of two rows is (M + s) / t, s its determinant's square root and t
-    that of its trace and 2 s.
+    It is a Kalman filter's covariance halfway between two fixes (scalar Riccati equation).  The
+    square root of a 2 x 2 matrix M is (M + s) / t, s the root of its determinant, t that of its
+    trace + 2 s.
     """
     quarter = 0.25 * walk * walk
     xx, yy = quarter + walk * noise[:, 0], quarter + walk * noise[:, 1]
@@ -296,7 +292,7 @@ def _settling(walk: Floats, noise: Floats) -> Floats:
 
 
 def _velocities(inputs: Inputs) -> float:
-    """Return the mean square (m2/s2) of the velocity by which dead reckoning is off."""
+    """Return the mean square (m2/s2) of dead reckoning's velocity error."""
     ways, total = inputs.ways, 0.0
     moved = np.diff(ways.places_m[0], axis=0)
     speed = float(np.sqrt((moved * moved).sum(axis=1)).sum()) / inputs.duration_s
@@ -307,7 +303,7 @@ def _velocities(inputs: Inputs) -> float:
 
 
 def _drifted(inputs: Inputs) -> float:
-    """Return how far off (m) dead reckoning is on average over the mission, going straight."""
+    """Return the drift (m) of dead reckoning on a straight path, averaged over the mission."""
     end, walk = inputs.duration_s, inputs.navigator.walk_m2_per_s
     start = 2.0 * inputs.navigator.start_sd_m**2
     return float(np.sqrt(start + _velocities(inputs) * end * end / 4.0 + walk * end))

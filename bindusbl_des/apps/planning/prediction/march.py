@@ -1,9 +1,8 @@
-"""The errors of each AUV over time: a march through the fixes that it may expect.
+"""The errors of each AUV over time, propagated through the fixes that it may expect.
 
-A fix that may come or not leaves the errors of both cases, each as likely as it is.  A smoother,
-which knows the fixes of before and after, is two marches, one from the end, each with what it knows
-of the position; what both tell of the sources of drift is left out, and the lag of a smoother that
-has one.
+A fix that may fail to come leaves a mixture of both cases, weighted with their probabilities.  A
+smoother combines two marches, one of them from the end, each with its estimate of the position;
+what both know of the sources of drift, and a smoother's lag, are left out.
 """
 
 from dataclasses import replace
@@ -24,9 +23,9 @@ Noise = tuple[float, float, float]
 
 
 class ExpectedFix(NamedTuple):
-    """What a fix says: the error, with noise xx, yy, xy (m2), as it is and as the filter thinks;
-    and by which slopes (2, k) it goes with the states, the last two of which it may have in common
-    with other fixes.
+    """A fix: its noise xx, yy, xy (m2), true and the filter's, and its slopes over states (2, k).
+
+    The last two states may be the error that it has in common with other fixes.
     """
 
     noise: Noise
@@ -38,12 +37,12 @@ class ExpectedFix(NamedTuple):
 def correct(
     state: DriftState, fix: ExpectedFix, fixes: float, gain: float, behind: tuple[float, float]
 ) -> None:
-    """Take in, in the place of `state`, so many `fixes` at once.
+    """Update `state` in place with `fixes` equal fixes at once.
 
-    Fewer than one is the chance of one; the errors are then those of a mixture, which is exact for
-    the mean and covariance of a fixed gain and an upper bound for a weighed one (Sinopoli et al.,
-    IEEE Trans. Automatic Control 49(9), 2004).  The fix is compared with an estimate that is
-    `behind` (x, y), m, of where the fix holds.
+    Fewer than one is a probability; the errors are then those of a mixture, exact in mean and
+    covariance for a fixed gain and an upper bound for a weighed one (Sinopoli et al., IEEE Trans.
+    Automatic Control 49(9), 2004).  The compared estimate is `behind` (x, y; m) the position of the
+    fix.
     """
     rows, true, believed = state
     chance, share = min(fixes, 1.0), 1.0 / max(fixes, 1.0)
@@ -72,17 +71,18 @@ def _scaled(noise: Noise, share: float) -> Noise:
     return noise[0] * share, noise[1] * share, noise[2] * share
 
 
-# Fixes less likely than this are none.
+# A smaller probability of a fix counts as none.
 NONE = 1e-9
 
-# So many instants' errors are compared with all later ones.
+# The number of instants whose errors are correlated with all later ones.
 ANCHORS = 6
 
 
 class Errors(NamedTuple):
-    """The errors of n AUVs at k instants: true mean (n, k, 2), m, and covariance xx, yy, xy
-    (n, k, 3), m2; and how much their squares are correlated (n, a, k) with those at a few instants
-    before, whose numbers are `since` (n, a); -1: there is none.
+    """The errors of n AUVs at k instants: mean (n, k, 2; m), xx, yy, xy (n, k, 3; m2).
+
+    `alike` (n, a, k) is the correlation of squared errors with those at the a earlier instants
+    `since` (n, a); -1 marks an unused one.
     """
 
     mean: Floats
@@ -92,8 +92,8 @@ class Errors(NamedTuple):
 
 
 class MarchedWays(NamedTuple):
-    """Where n AUVs go: at k instants, a `step` (s) apart, their places (n, k, 2), m, and the
-    integrals of their headings (n, k, 2), s.
+    """The paths of n AUVs at k instants, `step` (s) apart: positions (n, k, 2; m), and the
+    integrals of cosine and sine of headings (n, k, 2; s).
     """
 
     step: float
@@ -102,7 +102,7 @@ class MarchedWays(NamedTuple):
 
 
 def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
-    """Return the errors of all AUVs by what they may expect of the rounds."""
+    """Return the errors of all AUVs with the fixes that their rounds may bring."""
     found = [
         _errors_of(inputs, navigator, *_of(members, inputs, turns, fixes))
         for members, navigator in inputs.navigators
@@ -113,14 +113,14 @@ def errors_of(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
     return Errors(*(np.concatenate(parts)[order] for parts in zip(*found, strict=True)))
 
 
-# What turns are of each AUV
+# The fields of turns with a row for each AUV
 OF_EACH = tuple(name for name in Turns._fields if name != "many")
 
 
 def _of(
     members: list[int], inputs: Inputs, turns: Turns, fixes: Fixes
 ) -> tuple[MarchedWays, Turns, Fixes]:
-    """Return the ways, turns and fixes of some AUVs."""
+    """Return the paths, turns and fixes of some AUVs."""
     ways = inputs.ways
     own = MarchedWays(float(ways.times_s[1]), ways.places_m, ways.headings_s)
     if len(members) == len(ways.depths_m):
@@ -144,9 +144,9 @@ def _errors_of(
 
 
 def drifts_of(inputs: Inputs, navigator: PredictedNavigator) -> tuple[Drifts, DriftState]:
-    """Return what makes errors grow, and what they are at the start.
+    """Return the sources of drift, and the errors at the start.
 
-    What fixes have in common is two numbers without a unit, of which a fix has some metres.
+    The fixes' common error is a pair without a unit, which slopes of fixes (m) multiply.
     """
     systematic = inputs.systematic
     sources, frames = navigator.sources, [FRAMES[own.frame] for own in navigator.sources]
@@ -187,10 +187,10 @@ def _march(
     drifts: Drifts,
     first: DriftState,
 ) -> tuple[Floats, Floats, Floats, Ints]:
-    """Return mean, covariance and so on, as of :class:`Errors`.
+    """Return the fields of :class:`Errors`.
 
-    Fixes hold as they are `at_ping`, else as they are told, and are weighed by a constant `gain`,
-    or WEIGHED.
+    Fixes hold at their ping (`at_ping`) or at their delivery, and have a fixed `gain` or are
+    WEIGHED.
     """
     step, (auvs, instants, _) = ways.step, ways.places.shape
     means, spreads = np.empty((auvs, instants, 2)), np.empty((auvs, instants, 3))
@@ -266,7 +266,7 @@ def _note(state: DriftState, mean: Floats, spread: Floats) -> None:
 def _alike(
     rows: Floats, anchor: int, means: Floats, spreads: Floats, begin: int, end: int
 ) -> float:
-    """Return how much the squares of errors at two instants are correlated."""
+    """Return the correlation of the squared errors at two instants."""
     first, second = rows[1 + 2 * anchor], rows[2 + 2 * anchor]
     m, n = means[begin], means[end]
     together = 2.0 * (first[0] ** 2 + first[1] ** 2 + second[0] ** 2 + second[1] ** 2)
@@ -278,7 +278,7 @@ def _alike(
 
 @compiled
 def _varies(m: Floats, spread: Floats) -> float:
-    """Return the variance (m4) of the square of an error of a mean (2,) and xx, yy, xy (3,)."""
+    """Return the variance (m4) of an error's square, from its mean (2,) and xx, yy, xy (3,)."""
     xx, yy, xy = spread[0], spread[1], spread[2]
     own = 2.0 * (xx * xx + yy * yy + 2.0 * xy * xy)
     return float(own + 4.0 * (m[0] * m[0] * xx + m[1] * m[1] * yy + 2.0 * m[0] * m[1] * xy))
@@ -286,11 +286,11 @@ def _varies(m: Floats, spread: Floats) -> float:
 
 @compiled
 def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> ExpectedFix:
-    """Return a fix with noise, and what it has in common with others, each xx, yy, xy (3,), m2."""
+    """Return a fix from its own noise and its common error `lasts`, each xx, yy, xy (3,; m2)."""
     own, last = (noise[0], noise[1], noise[2]), 2 * drifts.frames.size
     thought, slopes = own, np.eye(2, 2 + last)
     if drifts.has_common:
-        if drifts.assumed[last - 2] == 0.0:  # to a filter that is not told it is noise as any
+        if drifts.assumed[last - 2] == 0.0:  # a filter without that state takes it for noise
             thought = own[0] + lasts[0], own[1] + lasts[1], own[2] + lasts[2]
         xx = sqrt(lasts[0])
         yx = lasts[2] / xx if xx > 0.0 else 0.0
@@ -299,12 +299,12 @@ def _fix(noise: Floats, lasts: Floats, drifts: Drifts) -> ExpectedFix:
     return ExpectedFix(own, thought, slopes)
 
 
-# Before the first fix nothing is known: by so much (m) an AUV may be anywhere.
+# The standard deviation (m) of an unknown position.
 ANYWHERE_M = 1e4
 
 
 def smoothed(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
-    """Return the errors of all AUVs that know all fixes of the mission, whenever they were told."""
+    """Return the errors of all AUVs with all fixes of the mission, earlier and later."""
     forward = errors_of(inputs, turns._replace(delivered_s=turns.pinged_s), fixes)
     back = errors_of(*_backwards(inputs, turns, fixes))
     before, after = _second_moments(forward), _second_moments(back)[:, ::-1]
@@ -313,7 +313,7 @@ def smoothed(inputs: Inputs, turns: Turns, fixes: Fixes) -> Errors:
 
 
 def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turns, Fixes]:
-    """Return a mission that begins with its end, of which nothing is known."""
+    """Return the mission in reverse, from an unknown state at its end."""
     ways, navigator, end = inputs.ways, inputs.navigator, inputs.duration_s
     last = len(ways.times_s) - 1
     headings = ways.headings_s[:, -1:] - ways.headings_s[:, ::-1]
@@ -338,20 +338,18 @@ def _backwards(inputs: Inputs, turns: Turns, fixes: Fixes) -> tuple[Inputs, Turn
 
 
 def _unknown(sources: tuple[DriftSource, ...]) -> tuple[DriftSource, ...]:
-    """Return sources of drift of which nothing is known at first but how large they may be."""
+    """Return sources of drift whose values are unknown at first, as the filter assumes them."""
     return tuple(replace(source, mean=(0.0, 0.0), drawn_sd=source.assumed_sd) for source in sources)
 
 
 def _second_moments(errors: Errors) -> Floats:
-    """Return xx, yy, xy (n, k, 3), m2, of errors about nothing."""
+    """Return the second moments xx, yy, xy (n, k, 3; m2) of errors about zero."""
     x, y = errors.mean[..., 0], errors.mean[..., 1]
     return np.asarray(errors.covariance + np.stack((x * x, y * y, x * y), axis=-1))
 
 
 def _both(one: Floats, other: Floats) -> Floats:
-    """Return what is left of errors (n, k, 3) where another estimate is independent of them,
-    A - A (A + B)^-1 A.
-    """
+    """Return the covariance A - A (A + B)^-1 A of two independent estimates combined, (n, k, 3)."""
     xx, yy, xy = (one[..., k] for k in range(3))
     a, b, c = (one[..., k] + other[..., k] for k in range(3))
     determinant = np.maximum(a * b - c * c, 1e-30)

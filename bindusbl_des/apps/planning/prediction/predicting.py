@@ -1,6 +1,4 @@
-"""The error of each AUV, predicted without simulation (see docs/planning.md, Predicted error), and
-how long it waits for fixes that come with some chance each.
-"""
+"""The predicted metrics of each AUV: errors, and ages of fixes that come with some probability."""
 
 from typing import NamedTuple
 
@@ -16,13 +14,14 @@ from .march import errors_of, smoothed
 from .rounds import Turns, planned_rounds, turns_of
 from .sights import SELDOM, fixes, seen
 
-# A wait that is less likely than this to go on is over.
+# A smaller probability that a wait goes on counts as its end.
 OVER = 1e-5
 
 
 class Waiting(NamedTuple):
-    """What is expected of n AUVs: fixes a second, and the mean, 95 % quantile and maximum over time
-    of the time since the ping of the last of them (s), as in table `auvs`, (n,) each.
+    """Fixes per second, and the age (s) of the last fix over time: mean, 95 % quantile, maximum.
+
+    Each is (n,) for n AUVs, as in table `auvs`.
     """
 
     rate_hz: Floats
@@ -32,7 +31,7 @@ class Waiting(NamedTuple):
 
 
 def waiting(turns: Turns, end: float) -> Waiting:
-    """Return how long AUVs wait for fixes in a mission that lasts until an `end` (s)."""
+    """Return the rates and ages of fixes in a mission of `end` seconds."""
     return Waiting(*_waiting(turns.delivered_s, turns.pinged_s, turns.chance, turns.many, end))
 
 
@@ -56,9 +55,10 @@ def _waiting(
 def _of_one(
     delivered_s: Floats, pinged: Floats, chance: Floats, many: int, end: float
 ) -> tuple[Floats, Floats, Floats, float]:
-    """Return when an AUV may be told of a fix (k,), s, how old that is then (k,), s, and how likely
-    (k,), and the number of fixes to be expected; of rounds that stand for several, each has its
-    instant.
+    """Return an AUV's possible deliveries: instants, ages then (s), probabilities, (k,) each, and
+    the expected number of fixes.
+
+    A round that stands for several is spread over their instants.
     """
     instants, lags, odds = np.empty((3, many * delivered_s.size))
     count, expected = 0, 0.0
@@ -76,8 +76,9 @@ def _of_one(
 
 @compiled
 def _ages(instants: Floats, lags: Floats, odds: Floats, end: float) -> tuple[Floats, Floats]:
-    """Return ages (k,), s, at which waits end, and how many of each are to be expected (k,); those
-    at which they begin count against them.
+    """Return ages (k,; s) at which waits end, with their expected numbers (k,).
+
+    Ages at which waits begin have negative numbers.
     """
     room = 1024
     ages, weights, count = np.empty(room), np.empty(room), 0
@@ -104,10 +105,10 @@ def _ages(instants: Floats, lags: Floats, odds: Floats, end: float) -> tuple[Flo
 
 @compiled
 def _over_time(ages: Floats, weights: Floats, end: float) -> tuple[float, float, float]:
-    """Return the mean over time of the age of a fix, its 95 % quantile, and the largest (s).
+    """Return the age of a fix over time (s): mean, 95 % quantile, and expected maximum.
 
-    An age a is exceeded for the sum of max(age - a, 0) of all waits, as they end less as they
-    begin; some wait ends older than a unless none does, each by itself.
+    The time above an age a is the sum of max(age - a, 0) over the ends of waits, less that over
+    their beginnings.  The waits are taken as independent for the maximum.
     """
     order = np.argsort(-ages, kind="mergesort")
     square = longest = total = number = 0.0
@@ -128,10 +129,10 @@ def _over_time(ages: Floats, weights: Floats, end: float) -> tuple[float, float,
 
 
 class Prediction(NamedTuple):
-    """What is expected of each of n AUVs; fields are those of table `auvs`.
+    """The expected metrics (n,) of n AUVs, named as in table `auvs`.
 
-    (n,) each but for `error_over_time` (n, k), m, at the instants of the inputs' ways.  Errors over
-    single missions scatter about those expected by a share that `varies` (n,).
+    `error_over_time` (n, k; m) is at the instants of the inputs' paths.  `varies` (n,) is the
+    relative standard deviation of an AUV's error between missions.
     """
 
     hf_coverage: Floats
@@ -146,10 +147,10 @@ class Prediction(NamedTuple):
     varies: Floats
 
     def worst(self, metric: str) -> float:
-        """Return a metric of the worst AUV, as it is expected of single missions.
+        """Return the expected metric of a mission's worst AUV.
 
-        Which AUV fares worst is partly luck, so that the largest error of a mission is more than
-        that of the AUV of which the largest is expected.
+        Chance decides in part which AUV is the worst, so that the largest error of a mission
+        exceeds the largest expected error.
         """
         values = getattr(self, metric)
         if metric.startswith("position_error"):
@@ -158,7 +159,7 @@ class Prediction(NamedTuple):
 
 
 def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
-    """Return what is expected of each AUV with ASVs at `stations` (m, 2), m."""
+    """Return the expected metrics of each AUV with ASVs at `stations` (m, 2; m)."""
     asvs = np.asarray(stations, dtype=np.float64)
     sights = seen(inputs, asvs)
     plan = planned_rounds(inputs, sights)
@@ -170,7 +171,7 @@ def predict(inputs: Inputs, stations: ArrayLike) -> Prediction:
     over_time = mean_size(square, shape)
     rounds = 1.0 / plan.period_s
     in_range = sights.heard > SELDOM
-    passive = inputs.access.ranging.asvs_ping  # where the pings are those of ASVs
+    passive = inputs.access.ranging.asvs_ping
     covered = in_range.mean(axis=2) if passive else in_range.any(axis=2)
     return Prediction(
         (covered * rounds).sum(axis=1) / rounds.sum(),

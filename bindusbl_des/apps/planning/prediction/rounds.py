@@ -1,4 +1,4 @@
-"""The rounds of a mission, as its plan lets them be expected: when each AUV pings, and is told."""
+"""The expected rounds of a mission: when each AUV pings and receives its fix."""
 
 import math
 from typing import NamedTuple
@@ -12,14 +12,16 @@ from ...preflight.fix_chance import by_first, senders
 from .inputs import Inputs, SlotLengths
 from .sights import ExpectedSights, added, located
 
-# More rounds than this are taken so many at a time, each a fix of as many.
+# The most rounds to compute; more are grouped, each group with one fix that counts several times.
 MOST_ROUNDS = 3000
 
 
 class RoundPlan(NamedTuple):
-    """How rounds go at each of k instants: the slot of each AUV (n, k), how long (s) it is from one
-    slot to the next, from the start of a round to its broadcast, from that to the end of the frame,
-    and from one round to the next (k,); how many times it broadcasts (k,).
+    """The rounds at each of k instants.
+
+    `slot` (n, k) is each AUV's slot, `pitch_s` the time from slot to slot, `send_s` from a round's
+    start to its broadcast, `frame_s` from that to the frame's end, `period_s` from round to round;
+    `broadcasts` counts those of a round, (k,) each.
     """
 
     slot: Ints
@@ -31,8 +33,8 @@ class RoundPlan(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """What n AUVs may expect of r rounds: when they ping and are told of it (n, r), s; how likely
-    that is (n, r); the instant (n, r) of the ways at which it is, and the kind of fix (n, r).
+    """The turns of n AUVs in r rounds: time of ping and delivery (s), probability of a fix, instant
+    of the paths, and kind of fix, (n, r) each.
 
     Each round stands for `many` equal ones.
     """
@@ -46,7 +48,7 @@ class Turns(NamedTuple):
 
 
 def uplink_slot(slots: SlotLengths, hf_range: float, by_slant: bool) -> float:
-    """Return how long (s) an uplink slot lasts (eq. UL_slot) with an HF range (m)."""
+    """Return the length (s) of an uplink slot (eq. UL_slot) for an HF range (m)."""
     if slots.fixed_uplink_s is not None:
         return in_ticks(slots, slots.fixed_uplink_s)
     way = hf_range if by_slant else math.sqrt(hf_range**2 + slots.deepest_m**2)
@@ -56,13 +58,13 @@ def uplink_slot(slots: SlotLengths, hf_range: float, by_slant: bool) -> float:
 
 
 def in_ticks(slots: SlotLengths, duration: float) -> float:
-    """Return a duration (s) rounded up to whole ticks, if there are any."""
+    """Return a duration (s) rounded up to whole ticks, if there are ticks."""
     rate = slots.tick_rate_hz
     return duration if rate == 0.0 else math.ceil(duration * rate - 1e-9) / rate
 
 
 def planned_rounds(inputs: Inputs, sights: ExpectedSights) -> RoundPlan:
-    """Return how rounds go at each instant of the ways."""
+    """Return the rounds at each instant of the paths."""
     access, slots = inputs.access, inputs.slots
     uplink = uplink_slot(slots, inputs.hf.range_m, inputs.hf.by_slant)
     auvs, instants = sights.in_range.shape[:2]
@@ -80,10 +82,10 @@ def planned_rounds(inputs: Inputs, sights: ExpectedSights) -> RoundPlan:
 def timed(
     inputs: Inputs, uplink: float, groups: Floats, expected: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Ints]:
-    """Return how rounds of some ping groups (k,) in slots of T_UL (s) go that bring so many fixes
-    (k,), which need not be whole: all of :class:`RoundPlan` but the slots of AUVs.
+    """Return all fields of :class:`RoundPlan` but `slot`, for ping groups (k,), an uplink slot (s),
+    and an expected number of fixes (k,), which may be fractional.
 
-    Of whole numbers that is what the downlinks' own generators make of them
+    For whole numbers they equal what the downlinks' generators do
     (:mod:`....core.protocol.cycles`).
     """
     access, slots = inputs.access, inputs.slots
@@ -110,13 +112,13 @@ def _whole(numbers: Floats) -> Ints:
 
 
 def _between(table: Floats, fixes: Floats) -> Floats:
-    """Return what belongs to numbers of fixes that need not be whole."""
+    """Interpolate a table at fractional numbers of fixes."""
     low = np.minimum(fixes.astype(np.int64), max(len(table) - 2, 0))
     return np.asarray(table[low] + (fixes - low) * (table[low + 1] - table[low]))
 
 
 def _grouped(groups: str, in_range: Flags) -> tuple[Ints, Floats]:
-    """Return the slot of each AUV (n, k), and how many slots there are (k,)."""
+    """Return the slot of each AUV (n, k), and the number of slots (k,)."""
     auvs, instants, _ = in_range.shape
     slot = np.zeros((auvs, instants), dtype=np.int64)
     if groups == "each":
@@ -143,7 +145,7 @@ def _greedily(in_range: Flags, slot: Ints) -> None:
 
 
 def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
-    """Return what AUVs may expect of all rounds of a mission."""
+    """Return the turns of AUVs in all rounds of a mission."""
     access, ways = inputs.access, inputs.ways
     step, end = ways.times_s[1], inputs.duration_s
     expected = end * float((1.0 / plan.period_s).mean())
@@ -186,12 +188,10 @@ def turns_of(inputs: Inputs, sights: ExpectedSights, plan: RoundPlan) -> Turns:
 
 
 def _answered(sights: ExpectedSights, slot: Ints, chance: Floats, at: Ints) -> Floats:
-    """Return how likely AUVs decode the answers to their pings (n, r), each of the first ASV that
-    hears it.
+    """Return the probability (n, r) that AUVs decode the answers of the first ASVs to hear them.
 
-    Answers to others that have pinged in the same slot (n, r), as likely as their `chance` (n, r)
-    and of the nearest ASV, are on the air at the same time: where an AUV hears one of them as well,
-    both are destroyed.
+    Others ping in the same `slot` (n, r), and their nearest ASVs answer them with probability
+    `chance` (n, r) at the same time: an AUV that hears such an answer loses both.
     """
     auvs, rows = len(slot), np.arange(len(slot))[:, np.newaxis]
     nearest = sights.level_m.argmin(axis=2)[rows, at]
@@ -210,8 +210,10 @@ def _tick(slots: SlotLengths) -> float:
 def _by_sender(
     inputs: Inputs, sights: ExpectedSights, frame: Ints | None, number: Ints, at: Ints
 ) -> tuple[Floats, Floats]:
-    """Return how likely AUVs decode broadcasts of some numbers (n, r), and over which way (m);
-    AUVs with the same `frame` (n, k) of a round share it, None: each has its own.
+    """Return the probability that AUVs decode broadcasts (n, r), and the horizontal distance (m).
+
+    `number` (n, r) counts broadcasts.  AUVs with the same `frame` (n, k) share one; None: each has
+    its own.
     """
     chosen, rows = inputs.access.broadcaster, np.arange(len(number))[:, np.newaxis]
     asvs = sights.delivered.shape[2]
@@ -233,9 +235,7 @@ def _by_sender(
 def _begun(
     period: Floats, broadcasts: Ints, step: float, end: float, many: int
 ) -> tuple[Floats, Ints, Ints]:
-    """Return when rounds begin (r,), s, at which instant (r,), and the number of each one's first
-    broadcast (r,).
-    """
+    """Return the begin (s), instant and number of the first broadcast of each round, (r,) each."""
     begin, at = np.empty(4 * MOST_ROUNDS), np.empty(4 * MOST_ROUNDS, dtype=np.int64)
     number, count, time, sent = np.empty(4 * MOST_ROUNDS, dtype=np.int64), 0, 0.0, 0
     while time < end and count < begin.size:

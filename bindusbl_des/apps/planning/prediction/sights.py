@@ -1,8 +1,8 @@
-"""Who hears whom on the way, how likely, and what a fix errs by then: with stations of the ASVs.
+"""Which vehicles hear each other on the paths, with which probability, and the errors of fixes.
 
-What fixes have in common all the time (errors of arrays, of GNSS, of sound speed and clocks) is
-taken for one error of place that the fixes of an AUV share: it has the covariance that belongs to
-where the AUV is, and falls apart as GNSS errors wander and as the AUV moves on around the ASVs.
+Systematic errors (arrays, GNSS, sound speed, clocks) are approximated by one position error that an
+AUV's fixes have in common.  It has the covariance of the AUV's position, and decorrelates as GNSS
+errors change and as the AUV moves around the ASVs.
 """
 
 from typing import NamedTuple
@@ -12,19 +12,18 @@ import numpy as np
 from ....support.arrays import Flags, Floats
 from .inputs import Chances, Inputs
 
-# Signals that are decoded more seldom are out of range, as those of
-# :mod:`....core.acoustics.channel`.
+# A smaller probability counts as out of range, as in :mod:`....core.acoustics.channel`.
 SELDOM = 1e-6
 
-# An AUV so near (m) to where an ASV is, seen from above, is below it.
+# At a smaller horizontal distance (m) an AUV is below an ASV.
 CLOSE_M = 1e-6
 
 
 class ExpectedSights(NamedTuple):
-    """What n AUVs and m ASVs are to each other at k instants.
+    """Distances and probabilities between n AUVs and m ASVs at k instants, (n, k, m) each.
 
-    How far away they are (n, k, m), m, seen from above and slant; which are in range as the
-    protocol counts it (n, k, m); how likely a ping is decoded (n, k, m), and a frame.
+    `level_m` is the horizontal distance, `slant_m` the slant one; `in_range` as the protocol counts
+    it; `heard` and `delivered` are the probabilities that a ping and a frame are decoded.
     """
 
     level_m: Floats
@@ -35,10 +34,10 @@ class ExpectedSights(NamedTuple):
 
 
 class Fixes(NamedTuple):
-    """What fixes err by: variances and covariance xx, yy, xy (n, k, w, 3), m2, of `noise` of their
-    own, and of what `lasts`, which falls apart at a `rate` (n, k, w), 1/s.
+    """The errors of fixes: variances and covariance xx, yy, xy (n, k, w, 3; m2) of their own
+    `noise`, and of their common error (`lasts`), which decorrelates at a `rate` (n, k, w; 1/s).
 
-    There are as many kinds w of fixes as ASVs where each is of one of them, else one.
+    There are w = m kinds of fixes if each is of one ASV, else one.
     """
 
     noise: Floats
@@ -47,9 +46,7 @@ class Fixes(NamedTuple):
 
 
 def looked_up(table: Floats, step: float, away: Floats) -> Floats:
-    """Return the values of tables (n, g) or (g,) at distances (n, ...): straight between the steps,
-    the last one beyond them.
-    """
+    """Interpolate tables (n, g) or (g,) at distances (n, ...), constant beyond their end."""
     place = np.minimum(away / step, table.shape[-1] - 1.0)
     low = np.minimum(place.astype(np.int64), table.shape[-1] - 2)
     share = place - low
@@ -60,12 +57,12 @@ def looked_up(table: Floats, step: float, away: Floats) -> Floats:
 
 
 def seen(inputs: Inputs, stations: Floats) -> ExpectedSights:
-    """Return what AUVs on their ways and ASVs at stations (m, 2), m, are to each other."""
+    """Return distances and probabilities along the AUVs' paths for stations (m, 2; m)."""
     return sights(inputs, inputs.ways.places_m, stations)
 
 
 def sights(inputs: Inputs, places: Floats, stations: Floats) -> ExpectedSights:
-    """Return what AUVs at places (n, k, 2), m, and ASVs at stations (m, 2), are to each other."""
+    """Return distances and probabilities for AUVs at places (n, k, 2; m) and stations (m, 2; m)."""
     north = places[:, :, np.newaxis, 0] - stations[:, 0]
     east = places[:, :, np.newaxis, 1] - stations[:, 1]
     squares = north * north + east * east
@@ -90,8 +87,10 @@ def _chance(chances: Chances, level: Floats, slant: Floats) -> Floats:
 
 
 def located(inputs: Inputs, sights: ExpectedSights) -> Floats:
-    """Return how likely a ping of an AUV makes a fix (n, k, w): of all ASVs that hear it together,
-    or (passive) the ping of each ASV one of its own.
+    """Return the probability that a ping makes a fix (n, k, w).
+
+    All ASVs that hear an AUV's ping make one fix; with passive ranging each ASV's ping makes its
+    own.
     """
     heard = sights.heard
     if inputs.access.ranging.asvs_ping:
@@ -107,13 +106,13 @@ def located(inputs: Inputs, sights: ExpectedSights) -> Floats:
 
 
 def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floats) -> Fixes:
-    """Return what fixes err by at places (n, k, 2), m."""
+    """Return the errors of fixes at places (n, k, 2; m)."""
     noise, level = inputs.noise, sights.level_m
     along, across, down, leaning = (
         looked_up(table, noise.step_m, level)
         for table in (noise.along_m2, noise.across_m2, noise.down_m2, noise.leaning_m2)
     )
-    above = level < CLOSE_M  # where any line will do
+    above = level < CLOSE_M  # where the bearing is arbitrary
     away = np.where(above, 1.0, level)
     cosine = np.where(above, 1.0, (places[:, :, np.newaxis, 0] - stations[:, 0]) / away)
     sine = np.where(above, 0.0, (places[:, :, np.newaxis, 1] - stations[:, 1]) / away)
@@ -122,7 +121,7 @@ def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floa
         one = Fixes(_turned(along, across, line), *_common_of_each(inputs, *apart, line))
         return _with_slow(inputs, one, looked_up(noise.slow, noise.step_m, level))
     weights = sights.heard
-    if inputs.access.downlink.replies:  # the first to hear it answers by itself
+    if inputs.access.downlink.replies:  # the nearest ASV answers with its own fix
         weights = np.where(level == level.min(axis=2, keepdims=True), weights, 0.0)
     fused = _fused((along, across, down, leaning), weights, line)
     if inputs.systematic.is_none:
@@ -134,7 +133,7 @@ def fixes(inputs: Inputs, sights: ExpectedSights, places: Floats, stations: Floa
 
 
 def _with_slow(inputs: Inputs, fixes: Fixes, share: Floats) -> Fixes:
-    """Return fixes of whose noise a share (n, k, w) is slow: it is of what they have in common."""
+    """Move the slow share (n, k, w) of the noise of fixes to their common error."""
     lasts_s = inputs.systematic.slow_s
     if lasts_s == 0.0:
         return fixes
@@ -148,10 +147,10 @@ def _with_slow(inputs: Inputs, fixes: Fixes, share: Floats) -> Fixes:
 def _fused(
     errors: tuple[Floats, Floats, Floats, Floats], weights: Floats, line: tuple[Floats, Floats]
 ) -> Floats:
-    """Return the covariance (n, k, 1, 3) of the fix that ASVs make together of one ping.
+    """Return the covariance (n, k, 1, 3) of the fix of all ASVs that hear a ping.
 
-    Their information adds up, each by how likely it hears a ping that is heard; it is that of three
-    axes, since depths that several measure tell of the distances too.
+    Their information is added in three axes, since several measured depths constrain distances;
+    each is weighted with the probability that the ASV hears a ping that any ASV hears.
     """
     (along, across, down, leaning), (cosine, sine) = errors, line
     missed = np.ones(weights.shape[:2])
@@ -173,11 +172,10 @@ def _fused(
 def _common_of_each(
     inputs: Inputs, level: Floats, slant: Floats, line: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
-    """Return xx, yy, xy (..., 3), m2, of what lasts in fixes by single arrays, and at which rate
-    (...), 1/s, it falls apart.
+    """Return the common error xx, yy, xy (..., 3; m2) of single arrays' fixes, and its rate.
 
-    They are `level` (...), m, away seen from above and `slant` in truth, in the direction `line`,
-    its cosine and sine.
+    The rate (...; 1/s) is that of its decorrelation.  `level` and `slant` (...; m) are distances,
+    `line` the cosine and sine of the bearing.
     """
     systematic, share = inputs.systematic, level / np.maximum(slant, 1e-9)
     late = systematic.clock_s * inputs.slots.sound_speed_m_per_s * share
@@ -194,13 +192,11 @@ def _common_of_all(
     weights: Floats,
     errors: tuple[Floats, Floats],
 ) -> tuple[Floats, Floats]:
-    """Return xx, yy, xy (n, k, 1, 3), m2, of what lasts in fixes that ASVs make together, and at
-    which rate (n, k, 1), 1/s, it falls apart.
+    """Return the common error xx, yy, xy (n, k, 1, 3; m2) of fused fixes, and its rate (1/s).
 
-    Arguments (n, k, m) as of :func:`_common_of_each`; `weights` tell how likely each hears a ping,
-    `errors` (m2) what else the fix of each errs by along and across its line.  What each array has
-    by itself averages out; what all ranges have adds up by direction, and is nothing between two
-    opposite ASVs.
+    Arguments (n, k, m) are as in :func:`_common_of_each`; `weights` are probabilities that ASVs
+    hear a ping, `errors` (m2) the other variances along and across each line.  Errors of single
+    arrays average out; a range error of all adds by direction, and cancels between opposite ASVs.
     """
     systematic, (cosine, sine) = inputs.systematic, line
     turns = (systematic.misalignment_rad * level) ** 2 + systematic.gnss_m**2
@@ -212,7 +208,7 @@ def _common_of_all(
     far = systematic.sound_speed_share * level
     xx, yy, xy = (added(said[..., k]) for k in range(3))
     determinant = np.maximum(xx * yy - xy * xy, 1e-30)
-    pull = np.empty((*level.shape, 2, 2))  # what each ASV's fix adds to that of all
+    pull = np.empty((*level.shape, 2, 2))  # the weight matrix of each ASV's fix
     for i, (first, second) in enumerate(((yy, -xy), (-xy, xx))):
         for j, column in enumerate(((0, 2), (2, 1))):
             product = (
@@ -238,10 +234,10 @@ def _common_of_all(
 
 
 def _rate(inputs: Inputs, square: Floats, level: Floats, arrays: Floats | float = 1.0) -> Floats:
-    """Return the rate (1/s) at which an error of some mean `square` (m2) falls apart.
+    """Return the rate (1/s) at which an error of a mean `square` (m2) decorrelates.
 
-    What is of GNSS wanders with its time constant; all else turns with the direction of ASVs that
-    are `level` (m) away on average.
+    The GNSS part has its own time constant; the rest turns with the bearing of ASVs at a mean
+    distance `level` (m).
     """
     ways, systematic = inputs.ways, inputs.systematic
     moved = np.diff(ways.places_m, axis=1)
@@ -252,7 +248,7 @@ def _rate(inputs: Inputs, square: Floats, level: Floats, arrays: Floats | float 
 
 
 def _turned(along: Floats, across: Floats, line: tuple[Floats, Floats]) -> Floats:
-    """Return variances xx, yy and covariance xy (..., 3) of errors along and across a line."""
+    """Return variances xx, yy and covariance xy (..., 3) from those along and across a line."""
     cosine, sine = line
     beside = (along - across) * cosine * sine
     xx = along * cosine * cosine + across * sine * sine
