@@ -170,15 +170,15 @@ def forgetful(take: Callable[..., Any]) -> Callable[..., Any]:
     return taken
 
 
-def test_all_holds_of_eighty_drawn_missions(tmp_path: Path) -> None:
+def test_all_holds_of_drawn_missions(tmp_path: Path) -> None:
     """Equations run uncompiled, in a process of their own: to compile all families takes longer.
     What nobody has written is NaN there.  Verdicts wait for the slow test, and for
     verification/test_drawn_missions.py.
     """
-    counts = Counter(uncompiled("properties.test_properties", 100, 180, tmp_path, SHORTER))
-    assert counts["flown"] >= 16, counts
-    assert counts["fixes"] > 160, counts
-    assert counts["collided"] > 20, counts
+    counts = Counter(uncompiled("properties.test_properties", 100, 140, tmp_path, SHORTER))
+    assert counts["flown"] >= 8, counts
+    assert counts["fixes"] > 80, counts
+    assert counts["collided"] > 10, counts
 
 
 @pytest.mark.slow
@@ -229,15 +229,17 @@ def written(data: dict[str, Any], path: tuple[str, ...] = ()) -> Iterator[str]:
 
 def test_every_key_is_drawn(tmp_path: Path) -> None:
     """In a scenario that is accepted; one that is not stands above with a reason."""
-    found: set[str] = set()
+    missing = {key for key in keys(SCHEMA) if key not in NOT_DRAWN}
     for seed in range(2600):
         data = drawn(seed, tmp_path)
         try:
             Scenario.model_validate(data)
         except ValueError:
             continue
-        found |= set(written(json.loads(json.dumps(data))))
-    assert {it for it in keys(SCHEMA) if it not in found} <= set(NOT_DRAWN)
+        missing.difference_update(written(json.loads(json.dumps(data))))
+        if not missing:
+            break
+    assert not missing
 
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ All return the instant at which the next round may start.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..scenario.families import DownlinkTraits
 from ..scenario.key_types import key
@@ -13,6 +14,18 @@ from ..scenario.part_choice import Settings
 
 if TYPE_CHECKING:
     from .network import Network, Steps, Turn
+
+
+@cache
+def _tdma() -> Any:
+    """Return the module with the steps of a round, :mod:`.tdma`.
+
+    Commands that only read a scenario do without it, and without numpy; asking once is quicker than
+    an import in each round.
+    """
+    from . import tdma
+
+    return tdma
 
 
 @DownlinkTraits(
@@ -23,12 +36,12 @@ if TYPE_CHECKING:
 )
 def sequential(network: Network, turn: Turn, time: float) -> Steps:
     """All groups ping; then the fixes of the round are broadcast; then the next round starts."""
-    from .tdma import broadcast, downlink_free, ping_group
-
+    tdma = _tdma()
     for slot in range(len(turn.groups)):
-        time = yield from ping_group(network, turn, slot, time)
-    broadcast(network, turn, time)
-    return (yield from downlink_free(network, time))
+        time = yield from tdma.ping_group(network, turn, slot, time)
+    tdma.broadcast(network, turn, time)
+    ends: float = yield from tdma.downlink_free(network, time)
+    return ends
 
 
 @DownlinkTraits(
@@ -38,12 +51,11 @@ def sequential(network: Network, turn: Turn, time: float) -> Steps:
 )
 def pipelined_round(network: Network, turn: Turn, time: float) -> Steps:
     """All groups ping; their fixes are broadcast while the next round pings."""
-    from .tdma import broadcast, downlink_free, ping_group
-
+    tdma = _tdma()
     for slot in range(len(turn.groups)):
-        time = yield from ping_group(network, turn, slot, time)
-    time = yield from downlink_free(network, time)
-    broadcast(network, turn, time)
+        time = yield from tdma.ping_group(network, turn, slot, time)
+    time = yield from tdma.downlink_free(network, time)
+    tdma.broadcast(network, turn, time)
     return time
 
 
@@ -54,12 +66,11 @@ def pipelined_round(network: Network, turn: Turn, time: float) -> Steps:
 )
 def pipelined_group(network: Network, turn: Turn, time: float) -> Steps:
     """Each group's fixes are broadcast while the next group pings."""
-    from .tdma import broadcast, downlink_free, ping_group
-
+    tdma = _tdma()
     for slot in range(len(turn.groups)):
-        time = yield from ping_group(network, turn, slot, time)
-        time = yield from downlink_free(network, time)
-        broadcast(network, turn, time)
+        time = yield from tdma.ping_group(network, turn, slot, time)
+        time = yield from tdma.downlink_free(network, time)
+        tdma.broadcast(network, turn, time)
     return time
 
 
@@ -95,9 +106,8 @@ def direct_reply(
 
     :class:`.frames.Replies` sends the answers, by the settings.
     """
-    from .tdma import ping_group
-
+    tdma = _tdma()
     for slot in range(len(turn.groups)):
-        time = yield from ping_group(network, turn, slot, time)
+        time = yield from tdma.ping_group(network, turn, slot, time)
     turn.row.downlink_s = 0.0
     return time

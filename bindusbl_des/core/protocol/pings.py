@@ -304,7 +304,7 @@ class HfBand:
             self.sounds.count, self._is_sure, first, row,
         )  # fmt: skip
         pings.count = first + len(group)
-        sent, met = range(first, pings.count), receptions.rows[row:]
+        sent, met = range(first, pings.count), receptions.array[row : receptions.count]
         if waited is not None:
             pings.rows["waited_s"][first:] = waited
         if self.echoes is not None:
@@ -313,7 +313,7 @@ class HfBand:
             self._cut_short(group, first, met, time)
         if self.spreading.doppler_limit is not None:
             self._lose_shifted(met["outcome"], met["why"], IN_FLIGHT, met["auv"], met["asv"], time)
-        is_silent = called[0]["call"] not in (NONE, HEARD)
+        is_silent = called is not NO_CALL and called[0]["call"] not in (NONE, HEARD)
         if is_silent:
             silence(met, called[0]["call"])
         if not self._is_sure:

@@ -162,7 +162,9 @@ def _shared(network: Network, waiting: Fixes, time: float) -> list[list[tuple[in
     """Return the ASVs that send and their fixes, rows of the record: all pairs of one inner list
     send at once, one list after the other.
     """
-    number, fixes = network.broadcasts, np.asarray(waiting, dtype=np.int64)
+    number, fixes = network.broadcasts, waiting
+    if isinstance(fixes, range):
+        fixes = np.arange(fixes.start, fixes.stop)
     network.broadcasts += 1
     view = BroadcastView(
         number, time, network.record, waiting, network.asv_fleet, network.broadcaster_draw,

@@ -17,7 +17,7 @@ from ..records.rows import Recorder, Rows
 from ..scenario.own_sensors import Sensors
 from ..vehicles.fleet import VehicleFleet
 from .acknowledged import Acknowledged, known_by
-from .conflicts import conflict_graph
+from .conflicts import GROUPINGS, conflict_graph
 from .predicted_positions import planned_speeds
 from .slots import Slots
 
@@ -215,6 +215,10 @@ class View:
     def conflicts(self) -> "nx.Graph[int]":
         """The conflict graph, made when it is asked for: a large fleet's is large."""
         return conflict_graph(self.heard)
+
+    def grouped(self, grouping: str) -> Groups:
+        """Return ping groups by one of :data:`.conflicts.GROUPINGS`, such as `first_fit`."""
+        return GROUPINGS[grouping](self.heard)
 
     @cached_property
     def since_s(self) -> Floats:

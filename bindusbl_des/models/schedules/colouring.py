@@ -13,20 +13,16 @@ if TYPE_CHECKING:
 @ScheduleTraits(groups="first_fit", is_proved=True, is_proposed=True, advised=2)
 def spatial_reuse(view: View) -> Groups:
     """Let AUVs without a common listener ping together, coloured greedily (the paper)."""
-    from ...core.protocol.conflicts import greedy_groups
-
-    return greedy_groups(view.heard)
+    return view.grouped("first_fit")
 
 
 @ScheduleTraits(groups="saturation", is_proved=True, advised=3)
 def dsatur(view: View) -> Groups:
     """Let AUVs without a common listener ping together, coloured by DSATUR."""
-    from ...core.protocol.conflicts import dsatur_groups
-
-    return dsatur_groups(view.heard)
+    return view.grouped("saturation")
 
 
 @ScheduleTraits(groups="each", is_proved=True, is_proposed=True, advised=1)
 def one_per_slot(view: View) -> Groups:
     """Give every AUV a slot of its own: TDMA without spatial reuse."""
-    return [[auv] for auv in range(len(view.auvs))]
+    return view.grouped("each")

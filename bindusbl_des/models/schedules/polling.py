@@ -33,8 +33,4 @@ class Polling(ScheduleSettings):
 )
 def polling(view: View, *, settings: Polling) -> Groups:
     """Call one AUV after another; side by side, AUVs at once if no ASV hears two of them."""
-    if settings.side_by_side:
-        from ...core.protocol.conflicts import greedy_groups
-
-        return greedy_groups(view.heard)
-    return [[auv] for auv in range(len(view.auvs))]
+    return view.grouped("first_fit" if settings.side_by_side else "each")
