@@ -113,3 +113,8 @@ def test_the_sdist_makes_the_wheel_of_the_checkout(tmp_path: Path) -> None:
         contents = [{it.filename: it.CRC for it in file.infolist()} for file in (one, other)]
     assert contents[0] == contents[1]
     assert f"bindusbl_des-{PROJECT['version']}.dist-info/entry_points.txt" in contents[0]
+    for room in ("report", "workbench"):  # pages, their scripts, and the licences of libraries
+        assets = f"bindusbl_des/apps/{room}/assets"
+        kept = {f"{assets}/{path.name}" for path in (ROOT / assets).iterdir()}
+        assert kept
+        assert kept <= contents[0].keys()

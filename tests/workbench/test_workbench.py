@@ -14,6 +14,7 @@ from websockets.exceptions import InvalidStatus
 from workbench_for_tests import SURVEY, Server, started
 
 from bindusbl_des import load_scenario, plan
+from bindusbl_des.apps.campaigns.storage.folder import locked
 
 
 @pytest.fixture(scope="module")
@@ -210,7 +211,7 @@ def test_two_windows_see_the_same(server: Server, survey: Path) -> None:
         assert "another window" in other.until("said")["text"]
         assert load_scenario(survey).asvs.formation.positions_m == ((9, 9),)
         survey.write_text(SURVEY)  # by an editor
-        assert one.until("desk")["text"] == SURVEY
+        one.until("desk", text=SURVEY)
 
 
 def test_the_error_of_other_places_is_predicted(server: Server, survey: Path) -> None:
@@ -227,6 +228,45 @@ def test_the_error_of_other_places_is_predicted(server: Server, survey: Path) ->
         kept = window.until("forecast", version=window.desk["version"])["found"]["worst"]
         assert kept["position_error_m"] == pytest.approx(errors[1], rel=1e-9)
         window.change("step", by=-1)
+
+
+def test_a_plan_is_asked_in_words(server: Server) -> None:
+    """What is predicted is judged by its goal; its command says all that was chosen; it stops."""
+    with server.window() as window:
+        window.until("forecast")
+        for below, met in (("position_error_m=50", True), ("fix_age_p95_s=0.01", False)):
+            window.do("goal", below=below)
+            told = window.until("forecast")["found"]["goal"]
+            assert (told["met"], told["top"]) == (met, 50.0 if met else None)
+            assert "predicted" in told["told"]
+        for wrong in ({"survive": "1; rm"}, {"placed": ["ring; rm"]}, {"budget_missions": -1}):
+            window.do("begin", kind="plan", below=["position_error_m=5"], **wrong)
+            assert next(iter(wrong)) in window.until("said")["text"]
+        more = {"survive": 1, "budget_missions": 3, "placed": ["ring", "follow"]}
+        window.do("begin", kind="plan", below=["position_error_m=5"], vary=["asvs.count=2"], **more)
+        job = window.job(1, "running")
+        for part in ("--survive 1", "--budget-missions 3", "model=ring,follow", "scenario.yaml"):
+            assert part in job["command"]
+        window.do("stop", job=1)
+        assert "Traceback" not in window.job(1, "stopped", "failed", "complete")["told"]
+
+
+def test_another_program_is_not_stopped(tmp_path: Path) -> None:
+    """It is told at once that this plan is not the workbench's to stop; its answer is compared."""
+    file = tmp_path / "cove.yaml"
+    file.write_text(SURVEY)
+    folder = tmp_path / "team"
+    vary = {"asvs.formation": [{"positions_m": [[10, 0], [-10, 0]]}]}
+    plan(file, folder, below={"position_error_m": 50}, vary=vary, workers=1, budget_missions=2)
+    with started(folder, cwd=tmp_path) as server, server.window() as window:
+        (job,) = window.until("jobs")["jobs"]
+        with locked(folder / "missions"):
+            window.do("stop", job=job["number"])
+            assert "another program" in window.until("said")["text"]
+        window.do("compare", jobs=[job["number"], job["number"]])
+        told = window.until("compared")
+        assert told["head"][:3] == ["plan", "ASVs", "price"]
+        assert [row[1] for row in told["rows"]] == ["2", "2"]
 
 
 def test_missions_outlive_a_kill(tmp_path: Path) -> None:
@@ -265,6 +305,7 @@ def test_missions_outlive_a_kill(tmp_path: Path) -> None:
         assert stopped["done"] < 1000
 
 
+@pytest.mark.slow
 def test_the_answer_of_a_plan_is_opened(tmp_path: Path) -> None:
     """Beside its folder, which stays as it was; its other teams are put on the chart as well."""
     file = tmp_path / "cove.yaml"

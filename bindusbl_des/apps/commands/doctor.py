@@ -64,13 +64,15 @@ def fly(kind: tuple[str, ...]) -> None:
     from ...core.mission.simulation import simulate
     from ...core.scenario.files.scenario_file import load_scenario
     from ...core.setup import Setup
-    from ..planning.prediction.gathering import inputs_of
-    from ..planning.prediction.predicting import predict
+    from ..planning.prediction.forecast import COARSE, FINE, Forecast
 
     scenario = load_scenario(kind[0], overrides=(*kind[1:], f"duration_s={SHORT_S}"))
     simulate(scenario, 0).summary()
-    if kind == KINDS[-1]:
-        predict(inputs_of(Setup.of(scenario)), [(0.0, 0.0)])
+    if kind == KINDS[-1]:  # as `plan` predicts, and as the workbench does
+        forecast = Forecast(Setup.of(scenario))
+        for shade in ("lanes", "dwells", "chance"):
+            forecast.at([(0.0, 0.0)], shade, FINE)
+            forecast.at([(0.0, 0.0)], shade, COARSE)
 
 
 State = Literal["ok", "missing", "broken", "note"]

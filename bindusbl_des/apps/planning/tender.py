@@ -90,16 +90,24 @@ def _missing(goal: Goal, mean: float | None) -> float:
 
 
 def tender_table(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield the lines of a tender: a table of numbers, then the vessels' positions."""
+    """Yield the lines of a tender: a table of numbers, then where the vessels of each team lie."""
+    yield from aligned(tender_cells(rows))
+    yield from tender_places(rows)
+
+
+def tender_cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
+    """Return the heading and the rows of the table of a tender, in which plans have letters."""
     metrics = [goal["metric"] for goal in rows[0]["goal"]]
     units = [f" ({unit})" if unit else "" for unit in rows[0]["unit"]]
     errors = [f"{metric}{unit}" for metric, unit in zip(metrics, units, strict=True)]
-    yield from aligned(
-        [
-            ("plan", "ASVs", "price", "hours", *errors, "goal", "after a loss"),
-            *((lettered(number), *_cells(row)) for number, row in enumerate(rows)),
-        ]
-    )
+    return [
+        ("plan", "ASVs", "price", "hours", *errors, "goal", "after a loss"),
+        *((lettered(number), *_cells(row)) for number, row in enumerate(rows)),
+    ]
+
+
+def tender_places(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield in a line each where a vessel of each team lies, and what is left after a loss."""
     for number, row in enumerate(rows):
         for place in row["places"]:
             where = where_text(place) or f"({place['x_m']:g}, {place['y_m']:g}) m"

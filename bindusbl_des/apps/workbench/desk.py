@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from ...support.files import read_json, write_text
 from ...support.plain_data import Path as KeyPath
@@ -38,8 +38,32 @@ navigation:
 
 Change = tuple[KeyPath, Any]
 Point = Sequence[float]
-# What is drawn on: a setup, or the site of keys that do not agree (`Source.sketch`).
-Ground = Any
+
+
+class Ground(Protocol):
+    """What is drawn on: a setup, or the site of keys that do not agree (`Source.sketch`)."""
+
+    scenario: Any
+
+    @property
+    def area(self) -> Any:
+        """The area that is surveyed, with its `outline` (n, 2), m."""
+
+    @property
+    def land(self) -> Any:
+        """Land, with its `polygons`, each its rings of corners (m); None without any."""
+
+    @property
+    def keep_out(self) -> Any:
+        """Water where nobody goes, likewise."""
+
+    @property
+    def origin_deg(self) -> tuple[float, float] | None:
+        """Latitude and longitude (deg) of x = y = 0; None where that is nowhere on Earth."""
+
+    @property
+    def kept_stations_m(self) -> Sequence[Sequence[float]]:
+        """Places (n, 2), m, of vessels that keep theirs."""
 
 
 class Stale(ValueError):

@@ -8,6 +8,7 @@ import asyncio
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import sys
@@ -28,10 +29,13 @@ from ..campaigns.campaign import Campaign, unfinished_campaign
 from ..campaigns.statistics.intervals import intervals
 from ..campaigns.storage.folder import is_locked
 from ..campaigns.storage.parts import OK
-from ..planning.folder import MISSIONS, PLAN, drawn_team, resumed
+from ..planning.doubting import by_surprise
+from ..planning.folder import BEST, MISSIONS, PLAN, drawn_team, resumed
 from ..planning.goals import limits_text
-from ..planning.plan_page import interval, of_goal, worded
-from ..planning.teams import FORMATION
+from ..planning.plan_page import condition, interval, of_goal, parted, verdict, worded
+from ..planning.teams import FORMATION, PLACEMENT
+
+Row = Mapping[str, Any]
 
 SCENARIO, ASKED, LOG, FOUND = "scenario.yaml", "job.json", "log.txt", "found"
 PROCESS = "process.txt"
@@ -47,6 +51,8 @@ LONGEST_TOLD = 2000
 # What `plan` can be asked to find, and what may be chosen: as its options have it.
 GOAL = re.compile(r"\w+=[-+.\deE]+")
 CHOICE = re.compile(r"[\w.]+=[^\n\0]+")
+PART = re.compile(r"[\w.:]+")
+NUMBERS = ("survive", "budget_missions")
 
 METRICS = ("worst_position_error_m", "worst_position_error_p95_m", "worst_fix_age_max_s")
 
@@ -76,6 +82,11 @@ def arguments(asked: Mapping[str, Any]) -> list[str]:
                     raise Refused(f"{option}: needs NAME=VALUE; got {described(text)}")
                 command += [f"--{option}", text]
         command += ["--mean"] if asked.get("mean") is True else []
+        for name in NUMBERS:
+            if (number := asked.get(name)) is not None:
+                if type(number) is not int or number < 0:
+                    raise Refused(f"{name}: needs a whole number; got {described(number)}")
+                command += [f"--{name.replace('_', '-')}", str(number)]
     else:
         raise Refused(f"there is no job {described(kind)}; there are simulate and plan")
     for key, value in (asked.get("set") or {}).items():  # what is doubted
@@ -166,7 +177,13 @@ class Job:
         )
 
     async def stop(self) -> None:
-        """Have it end; what it has flown is kept."""
+        """Have it end; what it has flown is kept.
+
+        Raises:
+            Refused: when it is another program's.
+        """
+        if self.runs and self.process is None and not (self.folder / PROCESS).exists():
+            raise Refused(f"another program works on job {self.number}; end it there")
         for number in (signal.SIGINT, signal.SIGTERM):
             if not self.runs:
                 return
@@ -186,6 +203,7 @@ class Job:
             "missions": self.asked.get("seeds"),
             "left_s": None,
             "told": self._log(),
+            "command": self._command(),
         }
         try:
             campaign = self.campaign()
@@ -201,6 +219,14 @@ class Job:
                 state["status"] = "failed"
         return state
 
+    def _command(self) -> str:
+        """Return the command that does the same in a shell; "" of a plan that was opened."""
+        if "found" in self.asked:
+            return ""
+        given = {SCENARIO: str(self.folder / SCENARIO), FOUND: str(self.found)}
+        command = ["bindusbl-des", *arguments(self.asked)]
+        return shlex.join([given.get(word, word) for word in command])
+
     def _plan_state(self) -> dict[str, Any]:
         try:
             plan = read_json(self.found / PLAN)
@@ -213,12 +239,12 @@ class Job:
             "status": "complete" if plan["status"] == "complete" else "stopped",
             "answer": plan["answer"],
             "answered": [worded(text, plan["goal"]) for text in plan["told"]],
+            "would": worded(plan["would"] or "", plan["goal"]),
             "keys": plan["candidates"][team.number]["keys"],
             "teams": [_team(plan, number) for number in _flown(plan, team.number)],
-            "doubts": [
-                {name: row.get(name) for name in ("told", "keys", "known", "met", "mean")}
-                for row in plan["sensitivity"]
-            ],
+            "unit": of_goal(plan["goal"][0])["unit"],
+            "doubts": [_doubt(plan, *pair) for pair in by_surprise(plan["sensitivity"])],
+            "run": shlex.join(["bindusbl-des", "run", str(self.found / BEST)]),
         }
 
     def team(self, number: int) -> dict[str, Any]:
@@ -241,16 +267,18 @@ class Job:
         except OSError:
             return ""
         lines = [line.rpartition("\r")[2] for line in text.splitlines()]
+        if "KeyboardInterrupt" in text:  # it was stopped before it began
+            return ""
         return "\n".join(lines if not self.runs else lines[-1:]).strip()
 
 
-def _flown(plan: Mapping[str, Any], first: int) -> list[int]:
+def _flown(plan: Row, first: int) -> list[int]:
     """Return the numbers of candidates that a plan has flown, those it speaks of first."""
     flown = [n for n, candidate in enumerate(plan["candidates"]) if candidate["simulated"]]
     return list(dict.fromkeys([first, *plan["runners_up"], *flown]))[:MOST_LISTED]
 
 
-def _team(plan: Mapping[str, Any], number: int) -> dict[str, Any]:
+def _team(plan: Row, number: int) -> dict[str, Any]:
     """Return a candidate of a plan: its number, its keys, and in words what it is and came to."""
     candidate, goal = plan["candidates"][number], plan["goal"][0]
     reached = interval(candidate["simulated"], 0, of_goal(goal)["factor"])
@@ -261,6 +289,22 @@ def _team(plan: Mapping[str, Any], number: int) -> dict[str, Any]:
         keys = {key: value for key, value in keys.items() if not key.startswith(FORMATION)}
         keys[FORMATION] = {"positions_m": stations}
     return {"number": number, "told": told, "keys": keys}
+
+
+def _doubt(plan: Row, case: Row, known: Row | None) -> dict[str, Any]:
+    """Return in words what becomes of a team that is not as planned, and the keys that make it so:
+    with the filter as planned, and, where it was flown, with one that knows.
+    """
+    factor = of_goal(plan["goal"][0])["factor"]
+    return {
+        "told": condition(case),
+        "verdict": verdict(case),
+        "mean": parted(case, 0, factor)[0],
+        "planned": parted(case.get("as_planned"), 0, factor)[0],
+        "keys": case["keys"],
+        "known": known and parted(known, 0, factor)[0],
+        "known_keys": known and known["keys"],
+    }
 
 
 def _seeds(campaign: Campaign) -> dict[str, Any]:
@@ -315,8 +359,8 @@ class Jobs:
             Refused: when there is no such job, or another is at work.
             OSError: when its folder cannot be written.
         """
-        if asked.get("kind") == "plan" and scenario.asvs.formation.moored is not None:
-            asked = {**asked, "set": {FORMATION: {"model": "ring"}}}  # it places them itself
+        if asked.get("kind") == "plan":
+            asked = _placing(scenario, asked)
         arguments(asked)
         self._check_free()
         number = max(self._jobs, default=0) + 1
@@ -362,11 +406,25 @@ class Jobs:
     async def _watch(self, job: Job) -> None:
         assert job.process is not None
         await job.process.wait()
+        (job.folder / PROCESS).unlink(missing_ok=True)
         self._changed()
 
     async def close(self) -> None:
         """End what is at work."""
-        await asyncio.gather(*(job.stop() for job in self.running))
+        await asyncio.gather(*(job.stop() for job in self.running), return_exceptions=True)
+
+
+def _placing(scenario: Scenario, asked: Row) -> Row:
+    """Return what a plan is asked with vessels that it places itself, by any of the models that are
+    named, or else as the scenario has them if these move.
+    """
+    models = asked.get("placed") or []
+    if not isinstance(models, list) or not all(map(PART.fullmatch, map(str, models))):
+        raise Refused(f"placed: needs a list of placements; got {described(models)}")
+    if not models and scenario.asvs.formation.moored is None:
+        return asked
+    vary = [*(asked.get("vary") or ()), *([f"{PLACEMENT}={','.join(models)}"] if models else ())]
+    return {**asked, "vary": vary, "set": {FORMATION: {"model": [*models, "ring"][0]}}}
 
 
 def text_of(scenario: Scenario, folder: Path) -> str:

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from importlib.resources import files
+from math import isfinite
 from pathlib import Path
 from string import Template
 from typing import Any, TypeVar
@@ -37,9 +38,13 @@ from ...support.palette import variables
 from ...support.plain_data import path_of
 from ...support.plain_yaml import read_text
 from ...support.shipped import ENDINGS
-from ...support.wording import described, file_name
+from ...support.wording import described, file_name, lettered, significant
 from ...support.yaml_edits import REMOVED, edited
+from ..planning.goals import Goal, goal_of
+from ..planning.plan_page import goal_text, of_goal, worded
 from ..planning.prediction.forecast import COARSE, FINE, Forecast
+from ..planning.teams import excess
+from ..planning.tender import tender, tender_cells, tender_places
 from ..report.page import asset
 from . import desk as changes
 from .desk import Desk, Stale
@@ -135,6 +140,7 @@ class Workbench:
         self._looking, self._reading = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self._look: Look | None = None
         self._shade: Any = "lanes"
+        self._goal: Goal | None = None
         self._told_jobs = ""
         self._compiled = 0
         self._tasks = set[asyncio.Task[None]]()
@@ -188,7 +194,7 @@ class Workbench:
         if look is None or look.setup is None:
             return
         found = await self._think(
-            lambda: _forecast(look, self._shade) if look is self._look else None
+            lambda: _forecast(look, self._shade, self._goal) if look is self._look else None
         )
         if found is not None:  # it was not changed before its turn came
             await self._tell({"is": "forecast", "version": version, **found}, only)
@@ -348,6 +354,11 @@ class Workbench:
         self._shade = asked["shade"]
         await self.forecast()
 
+    async def do_goal(self, _: WebSocket, asked: dict[str, Any]) -> None:
+        """Judge what is predicted by a goal."""
+        self._goal = goal_of(asked["below"], of="mean" if asked.get("mean") is True else "worst")
+        await self.forecast()
+
     async def do_try(self, socket: WebSocket, asked: dict[str, Any]) -> None:
         """Predict with vessels at other places, which are not kept."""
         look = self._look
@@ -355,7 +366,7 @@ class Workbench:
         if forecast is None:
             return
         stations = [[float(axis) for axis in place] for place in asked["stations"]]
-        found = await self._think(_tried, forecast, stations, self._shade)
+        found = await self._think(_tried, forecast, stations, self._shade, self._goal)
         await self._tell({"is": "tried", "id": asked["id"], "stations": stations, **found}, socket)
 
     async def do_begin(self, _: WebSocket, asked: dict[str, Any]) -> None:
@@ -377,6 +388,18 @@ class Workbench:
         await self.jobs.go_on(asked["job"])
         await self.tell_jobs()
 
+    async def do_compare(self, socket: WebSocket, asked: dict[str, Any]) -> None:
+        """Tell what plans answer, side by side."""
+        jobs = [self.jobs[number] for number in asked["jobs"]]
+        rows = await self.read(tender, [job.found for job in jobs])
+        names = [f"{lettered(n)}: plan {job.number}" for n, job in enumerate(jobs)]
+        head, *cells = tender_cells(rows)
+        lines = [", ".join(names), *tender_places(rows)]
+        goals = rows[0]["goal"]
+        head = tuple(worded(cell, goals) for cell in head)
+        told = {"is": "compared", "head": head, "rows": cells, "lines": lines}
+        await self._tell(told, socket)
+
     async def do_take(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Take over a team that a plan has flown."""
         keys = self.jobs[asked["job"]].team(asked["team"])
@@ -389,22 +412,43 @@ VERBS: Mapping[str, Verb] = {
     name.removeprefix("do_"): verb for name, verb in vars(Workbench).items() if name[:3] == "do_"
 }
 # What a window may ask of a job
-WANTED = ("kind", "seeds", "below", "above", "vary", "mean", "set", "words")
+WANTED = (
+    *("kind", "seeds", "below", "above", "vary", "mean", "placed", "survive", "budget_missions"),
+    *("set", "words"),
+)
 
 
-def _tried(forecast: Forecast, stations: list[list[float]], shade: Any) -> dict[str, Any]:
+def _tried(
+    forecast: Forecast, stations: list[list[float]], shade: Any, goal: Goal | None
+) -> dict[str, Any]:
     """Return what is predicted of vessels at stations (m), and what land hides from them."""
     hidden = shadows(forecast.setup, stations)
-    return {**forecast.at(stations, shade, COARSE), "shadows": hidden}
+    return {**_judged(forecast.at(stations, shade, COARSE, goal), goal), "shadows": hidden}
 
 
-def _forecast(look: Look, shade: Any) -> dict[str, Any]:
+def _judged(found: dict[str, Any], goal: Goal | None) -> dict[str, Any]:
+    """Return what is predicted with the goal, and whether it is met, in words."""
+    if goal is None:
+        return found
+    told = {**goal.record(), **of_goal(goal.record())}
+    value, words = found.pop("asked"), goal_text(told)
+    if not isfinite(value):
+        return {**found, "goal": {"told": f"{words}; not predicted", "met": None, "top": None}}
+    met = excess(goal, value) <= 0.0
+    reached = f"{significant(value * told['factor'])} {told['unit']}".strip()
+    words = f"{words}; predicted {reached}, {'met' if met else 'not met'}"
+    top = goal.limit if goal.metric.startswith("position_error") else None
+    return {**found, "goal": {"told": words, "met": met, "top": top}}
+
+
+def _forecast(look: Look, shade: Any, goal: Goal | None) -> dict[str, Any]:
     """Return what is predicted of a scenario as it is; None of one of which nothing is, and why."""
     forecast = look.forecast
     if forecast is None:
         return {"found": None, "refusal": look.refusal}
     stations = forecast.setup.kept_stations_m
-    return {"found": forecast.at(stations, shade, FINE), "left_out": list(forecast.left_out)}
+    found = _judged(forecast.at(stations, shade, FINE, goal), goal)
+    return {"found": found, "left_out": list(forecast.left_out)}
 
 
 # What is asked for by address

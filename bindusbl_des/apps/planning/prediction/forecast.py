@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike
 from ....core.setup import Setup
 from ....support.arrays import Floats
 from ...preflight.fix_chance import Grid, fix_chance, mean_chance, survey_grid
+from ..goals import Goal
+from ..teams import value_of
 from .gathering import inputs_of
 from .inputs import Inputs
 from .mapping import OnWays, error_map, lane_map, nearest_on_ways
@@ -52,9 +54,12 @@ class Forecast:
             self._grids[cells] = grid, nearest_on_ways(self._inputs.ways, grid.middles[:, :2])
         return self._grids[cells]
 
-    def errors(self, stations: ArrayLike, shade: Shade, cells: int = FINE) -> dict[str, Any]:
+    def errors(
+        self, stations: ArrayLike, shade: Shade, cells: int = FINE, goal: Goal | None = None
+    ) -> dict[str, Any]:
         """Return predictions with vessels at `stations` (m, 2; m): the worst AUV of a mission
-        (`worst`), each AUV (`auvs`), and the map (`shade`).
+        (`worst`), each AUV (`auvs`), the map (`shade`), and the value of a `goal` (`asked`), nan
+        where its metric is not predicted.
         """
         asvs = np.asarray(stations, dtype=np.float64)
         found = predict(self._inputs, asvs)
@@ -73,9 +78,12 @@ class Forecast:
                 for auv in range(len(found.position_error_m))
             ],
             "shade": {"kind": shade, **_drawn(grid, values)},
+            **({} if goal is None else {"asked": value_of(goal, found)}),
         }
 
-    def at(self, stations: ArrayLike, shade: Shade, cells: int = FINE) -> dict[str, Any]:
+    def at(
+        self, stations: ArrayLike, shade: Shade, cells: int = FINE, goal: Goal | None = None
+    ) -> dict[str, Any]:
         """Return the same, and the mean and least chance of a fix over the survey (`chance`)."""
         asvs = np.asarray(stations, dtype=np.float64)
         if cells == COARSE:
@@ -83,7 +91,7 @@ class Forecast:
         else:
             chance = mean_chance(self.setup, asvs, cells)
         told = None if chance is None else list(chance)
-        return {**self.errors(asvs, shade, cells), "chance": told}
+        return {**self.errors(asvs, shade, cells, goal), "chance": told}
 
     def _chance(self, asvs: Floats, grid: Grid) -> tuple[float, float] | None:
         """Return the mean and the least probability of a fix at the centres of cells."""

@@ -283,7 +283,7 @@ export class Chart {
     byId("worst").classList.remove("stale");
     byId("left-out").textContent = left_out.join(" ");
     byId("auvs").hidden = !found;
-    this.shadeBy(found?.shade);
+    this.shadeBy(found?.shade, found?.goal?.top);
     if (!found) { byId("worst").textContent = `Nothing is predicted: ${refusal}`; return; }
     const { worst, chance } = found, per = (share) => `${significant(100 * share)} %`;
     byId("worst").textContent = `Worst AUV of a mission, predicted: ${significant(worst.position_error_m)} m on average, below ${significant(worst.position_error_p95_m)} m 95 % of the time`
@@ -293,10 +293,11 @@ export class Chart {
     const rows = found.auvs.map((auv, i) => make("tr", {}, make("th", { scope: "row", style: `color:var(--c${i % 8})` }, `AUV${i}`), ...cells(auv)));
     byId("auvs").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, "AUV"), ...head)), make("tbody", {}, ...rows, make("tr", {}, make("th", { scope: "row" }, "worst"), ...cells(worst)))));
   }
-  shadeBy(shade) {
+  shadeBy(shade, goal) {
     if (!shade) { this.image?.remove(); this.image = null; byId("scale").replaceChildren(); return; }
     const isChance = shade.kind === "chance", known = shade.values.filter((value) => value !== null);
-    if (this.kind !== shade.kind) { this.kind = shade.kind; this.top = isChance ? 1 : roundStep(quantile(known, 0.9) || 1); } // kept, so that shades can be compared
+    const kind = `${shade.kind} ${goal}`;
+    if (this.kind !== kind) { this.kind = kind; this.top = isChance ? 1 : goal || roundStep(quantile(known, 0.9) || 1); } // kept, so that shades can be compared
     const rows = shade.across, columns = shade.values.length / rows, canvas = document.createElement("canvas"), [south, west, north, east] = shade.box;
     Object.assign(canvas, { width: columns, height: rows });
     const image = new ImageData(columns, rows);
@@ -308,7 +309,7 @@ export class Chart {
     const bounds = L.latLngBounds([south, west], [north, east]), address = this.cut(canvas, shade.box).toDataURL();
     if (this.image) this.image.setUrl(address).setBounds(bounds);
     else this.image = L.imageOverlay(address, bounds, { pane: "shade", interactive: false }).addTo(this.map);
-    const ends = isChance ? ["0 %", "100 %"] : ["0 m", `${significant(this.top)} m or more`];
+    const ends = isChance ? ["0 %", "100 %"] : ["0 m", `${significant(this.top)} m${goal ? ", the goal," : ""} or more`];
     byId("scale").replaceChildren(ramp(...ends, !isChance));
   }
   // Cells at the edge end with the survey.

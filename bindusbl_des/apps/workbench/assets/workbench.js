@@ -10,7 +10,7 @@ startTheme();
 
 // What everybody here knows: the scenario and its version, what it looks like, what is predicted.
 const bench = { version: 0, desk: null, look: null, forecast: null, jobs: [], asked: 0 };
-const listeners = { desk: [], look: [], forecast: [], tried: [], jobs: [] };
+const listeners = { desk: [], look: [], forecast: [], tried: [], jobs: [], compared: [] };
 bench.on = (what, listener) => listeners[what].push(listener);
 const heard = (what, message) => listeners[what].forEach((listener) => listener(message));
 
@@ -52,7 +52,7 @@ function take(message) {
   } else if (message.is === "jobs") {
     bench.jobs = message.jobs;
     heard("jobs", message.jobs);
-  } else if (message.is === "tried") heard("tried", message);
+  } else if (message.is === "tried" || message.is === "compared") heard(message.is, message);
   else if (message.is === "choose") choose(message);
   else if (message.version === bench.version) { // of the scenario as it is, not as it was
     bench[message.is] = message;
