@@ -1,10 +1,9 @@
-"""Environments of Gymnasium and PettingZoo over missions: where vessels go, and who pings next.
+"""Environments of Gymnasium and PettingZoo over missions: steer the vessels, or choose who pings.
 
-Those of Gymnasium are registered as this module is imported: ``gymnasium.make("Placement-v0")``, or
-without an import of one's own ``gymnasium.make("bindusbl_des.gym:Placement-v0")``.  What is
-observed is what the surface fleet knows; the reward is the truth: less the error (m) of the worst
-AUV.  An episode is a mission, truncated at its `duration_s`, since nothing of it is terminal; its
-seed is drawn from that of `reset`.
+The import of this module registers those of Gymnasium: ``gymnasium.make("Placement-v0")``, or
+without an import ``gymnasium.make("bindusbl_des.gym:Placement-v0")``.  Observations hold what the
+surface fleet knows; the reward is the truth: less the error (m) of the worst AUV.  An episode is a
+mission, truncated at its `duration_s` and never terminated; `reset` draws its seed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,12 +27,12 @@ from .support.arrays import Floats
 
 Observation = NDArray[np.float32]
 
-# What observations are divided by, so that they are about 1: s, m and turns; and where they end.
+# Divisors of observations (s, m, turns), which make them about 1; and their largest value.
 TIME_S, ERROR_M, TURNS, MOST = 60.0, 10.0, 10.0, 10.0
 
 
 def worst_error(mission: Mission) -> float:
-    """Return how far (m) the AUV that is worst off is from where it believes to be."""
+    """Return the largest distance (m) between an AUV and its estimate, of all AUVs."""
     states = mission.auvs()
     return max(hypot(*offset) for offset in (states.estimate - states.truth[:, :2]).tolist())
 
@@ -48,25 +47,24 @@ def _scenario(scenario: Scenario | str | Path) -> Scenario:
 
 
 def _observed(*parts: Any) -> Observation:
-    """Return what is observed in one row, within bounds."""
+    """Return an observation as one row, clipped to its bounds."""
     row = np.concatenate([np.ravel(part) for part in parts])
     return np.asarray(np.clip(row, -MOST, MOST), np.float32)
 
 
 class GymVessels:
-    """Vessels that go as they are told: a source of poses
-    (:class:`.core.vehicles.poses.PoseSource`)."""
+    """Vessels with commanded velocities: a :class:`.core.vehicles.poses.PoseSource`."""
 
     def __init__(self, places: Floats, middle: Floats, farthest: float) -> None:
-        """Let them lie at places (m, 2), m; they stay within a square of this half side (m) about a
-        `middle` (2,), m.
+        """Begin at positions (m, 2; m); stay within `farthest` (m) of `middle` (2,; m) on each
+        axis.
         """
         self.places, self._bounds = places.copy(), (middle - farthest, middle + farthest)
         self.velocity, self._yaw = np.zeros_like(places), np.zeros(len(places))
         self._time = 0.0
 
     def advance_to(self, time: float) -> Mapping[str, Floats]:
-        """Move on to an instant (s); return the poses (m, 4) of the ASVs."""
+        """Move to time (s); return the poses (m, 4) of the ASVs."""
         self.places += self.velocity * (time - self._time)
         np.clip(self.places, *self._bounds, out=self.places)
         self._time = time
@@ -76,12 +74,12 @@ class GymVessels:
 
 
 class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
-    """Move the vessels, so that the worst AUV knows best where it is.
+    """Steer the vessels so that the worst AUV has the least error.
 
     An action (2 m,) is the velocity of each vessel, north and east, as a share of `speed_m_per_s`,
-    for `step_s` (s).  Observed are the vessels' places; of each AUV the newest fix that they have
-    made of it, whether or not it has been delivered, and the time since its ping (the whole
-    mission, if there is none); and how much of the mission has passed.
+    for `step_s` (s).  The observation holds the vessels' positions; each AUV's newest fix,
+    delivered or not, and the time since its ping (the whole mission without a fix); and the passed
+    share of the mission.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
@@ -93,11 +91,11 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
         speed_m_per_s: float = 1.5,
         render_mode: str | None = None,
     ) -> None:
-        """Fly missions of a scenario.
+        """Simulate missions of a scenario.
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
-            ValueError: with passive ranging, without a vessel, or for a step or speed that is none.
+            ValueError: with passive ranging, without a vessel, or for a step or speed not above 0.
         """
         if not (step_s > 0.0 and speed_m_per_s > 0.0):
             raise ValueError(
@@ -116,7 +114,11 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a mission; its seed is drawn, and in the `info` that is returned."""
+        """Begin a mission; return the first observation and `{"seed": the mission's seed}`.
+
+        Gymnasium's generator, which `seed` seeds, draws the mission's seed; `options` have no
+        effect.
+        """
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
         stations = np.array(self._setup.stations_m)
@@ -128,7 +130,7 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Move the vessels for a step."""
+        """Move the vessels for one step with the velocities of an action."""
         end, self._step = self.scenario.duration_s, self._step + 1
         shares = np.clip(np.asarray(action, np.float64).reshape(-1, 2), -1.0, 1.0)
         faster = np.maximum(np.hypot(*shares.T), 1.0)
@@ -149,11 +151,11 @@ class Placement(gymnasium.Env[Observation, NDArray[np.float32]]):
 
 
 class Schedule(gymnasium.Env[Observation, np.int64]):
-    """Choose who pings next: an action is the AUV that has the following round for itself.
+    """Choose who pings next: an action is the AUV that has the next round alone.
 
-    Observed as that round begins, of each AUV what a schedule is asked with: the time since the
-    ping of its last fix, the error expected of it, its turns in vain, and how many ASVs it is
-    believed to be heard by; and how much of the mission has passed.  A step is a round.
+    At the round's begin the observation holds for each AUV the time since the ping of its last fix,
+    its expected error, its turns in vain, and the share of ASVs that may hear it; and the passed
+    share of the mission.  A step is a round.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
@@ -161,7 +163,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
     def __init__(
         self, scenario: Scenario | str | Path = "failure_140m", render_mode: str | None = None
     ) -> None:
-        """Fly missions of a scenario with slots that all AUVs know, whatever its schedule.
+        """Simulate missions of a scenario whose AUVs know all slots; its schedule is not used.
 
         Raises:
             ScenarioError: when the scenario file cannot be read or used.
@@ -176,9 +178,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin a mission, in whose first round AUV0 pings; its seed is drawn, and in the `info`
-        that is returned.
-        """
+        """Begin a mission whose first round is AUV0's; return as :meth:`Placement.reset`."""
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(2**31))
         self._next, self._asked = 0, simpy.Event(simpy.Environment())
@@ -187,7 +187,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         return self._seen.copy(), {"seed": drawn}
 
     def _schedule(self, view: View) -> Sequence[Sequence[int]]:
-        """Let the AUV ping that was chosen; note what is known as its round begins."""
+        """Return the chosen AUV as the only group; keep the observation of its round."""
         self._seen = _observed(
             view.since_s / TIME_S,
             view.expected_error_m / ERROR_M,
@@ -200,7 +200,7 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
         return [[self._next]]
 
     def step(self, action: np.int64) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Let an AUV ping in the round that follows, and go on until that begins."""
+        """Let the chosen AUV ping in the next round; simulate until the round after it begins."""
         self._next, self._asked = int(action), self._mission.env.event()
         self._mission.advance(self._asked)
         error = worst_error(self._mission)
@@ -211,11 +211,10 @@ class Schedule(gymnasium.Env[Observation, np.int64]):
 
 
 class Vessels(pettingzoo.ParallelEnv):  # type: ignore[misc]  # it has no types
-    """Each vessel decides where it goes: :class:`Placement` with an agent for each, `ASV0` and so
-    on.
+    """Each vessel steers itself: :class:`Placement` with one agent for each ASV, `ASV0` and so on.
 
-    An action (2,) is the velocity of an agent's own vessel.  Each observes what Placement does,
-    its own place first of those of all vessels.  All have the same reward.
+    An action (2,) is the velocity of the agent's vessel.  Each agent observes what Placement does,
+    its own position first.  All have the same reward.
     """
 
     metadata: dict[str, Any] = {"name": "vessels_v0", "render_modes": []}  # noqa: RUF012 - as above
@@ -227,7 +226,7 @@ class Vessels(pettingzoo.ParallelEnv):  # type: ignore[misc]  # it has no types
         speed_m_per_s: float = 1.5,
         render_mode: str | None = None,
     ) -> None:
-        """Fly missions of a scenario; what it raises is as of :class:`Placement`."""
+        """Simulate missions of a scenario; errors are those of :class:`Placement`."""
         self._fleet = Placement(scenario=scenario, step_s=step_s, speed_m_per_s=speed_m_per_s)
         self.render_mode = render_mode
         count = self._fleet.scenario.asvs.count
@@ -239,18 +238,18 @@ class Vessels(pettingzoo.ParallelEnv):  # type: ignore[misc]  # it has no types
         )
 
     def observation_space(self, agent: str) -> Box:
-        """Return what an agent observes."""
+        """Return the bounds of an agent's observation."""
         assert isinstance(self._observes, Box)
         return self._observes
 
     def action_space(self, agent: str) -> Box:
-        """Return the velocities that an agent chooses from, as shares of the speed."""
+        """Return the bounds of an agent's velocity, a share of the speed."""
         return self._acts
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Begin a mission; its seed is drawn, and in the infos that are returned."""
+        """Begin a mission; return all agents' observations and infos as :meth:`Placement.reset`."""
         seen, info = self._fleet.reset(seed=seed, options=options)
         self.agents = list(self.possible_agents)
         return self._of_each(seen), {agent: dict(info) for agent in self.agents}
@@ -261,7 +260,7 @@ class Vessels(pettingzoo.ParallelEnv):  # type: ignore[misc]  # it has no types
         dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool],
         dict[str, dict[str, Any]],
     ]:  # fmt: skip
-        """Move all vessels for a step."""
+        """Move all vessels for one step."""
         moved = np.concatenate([actions[agent] for agent in self.possible_agents])
         seen, reward, is_terminal, is_over, info = self._fleet.step(moved)
         seens, agents = self._of_each(seen), self.agents
@@ -276,7 +275,7 @@ class Vessels(pettingzoo.ParallelEnv):  # type: ignore[misc]  # it has no types
         )
 
     def _of_each(self, seen: Observation) -> dict[str, Observation]:
-        """Return what each agent observes, of what the fleet does: itself first."""
+        """Return each agent's observation, with its own position first."""
         count = len(self.possible_agents)
         places, rest = seen[: 2 * count].reshape(count, 2), seen[2 * count :]
         return {

@@ -371,7 +371,7 @@ def _clear(workshop: Path, folder: Path) -> None:
 
 
 def _cleared_if_dead(workshop: Path, folder: Path) -> bool:
-    """Clear a workshop whose process has ended; return False where that is not known."""
+    """Clear the workshop (a hidden draft folder) of an ended process; return False if unknown."""
     try:
         if (workshop / HOST).read_text() != socket.gethostname():
             return False

@@ -59,7 +59,7 @@ SEEDS = {"navigator": 24, "peers": 12, "schedule": 12, "placement": 12}
 
 @dataclass(frozen=True)
 class Task:
-    """A scenario that a method of a kind enters, flown with each of some seeds."""
+    """A benchmark scenario for one kind of method, simulated with fixed seeds."""
 
     name: str
     kind: Kind

@@ -104,11 +104,11 @@ def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
 
 
 def _packed_means(found: MissionOutcomes, metric: str, packer: Packer) -> dict[str, Any]:
-    """Return mean and half the 95 % interval of a metric at each point, packed for a page.
+    """Return a metric's mean and half its 95 % interval at each point, packed for a page.
 
-    Both are nan where no mission that went well has a value, the interval also of a single one.
-    Where some AUV has no value, `whole` tells in how many missions all have one.  Of a single point
-    `each` has the value of each mission.
+    Both are nan without a value, the interval also with a single one.  `whole` counts missions in
+    which all AUVs have a value, if any lacks one.  `each` has every mission's value for a single
+    point.
     """
     known, by_seed = found.means(metric), found.by_seed(metric)
     columns = {"mean": _packed(known.mean, packer), "half": _packed(known.half_width, packer)}

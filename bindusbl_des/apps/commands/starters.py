@@ -115,7 +115,7 @@ def _line(
 
 
 def _comment(row: "table.Key", is_optional: bool) -> str:
-    """Return unit, meaning, choices or range, and the route that a key belongs to."""
+    """Return the comment of a key: unit, meaning, choices, range, and which part it belongs to."""
     choices = " | ".join(row.choices)
     unit = "" if row.unit == "1" else row.unit
     with_it = row.section.rpartition(".")[2] if is_optional else ""

@@ -222,7 +222,7 @@ def _written(
 
 
 def _pack(draft: Path) -> None:
-    """Make a KMZ of a KML file: a zip archive with it alone, the same for the same."""
+    """Pack a KML file as KMZ, a zip archive; equal files give equal bytes."""
     text = draft.read_bytes()
     with ZipFile(draft, "w", ZIP_DEFLATED) as archive:
         archive.writestr(ZipInfo("doc.kml"), text, ZIP_DEFLATED)

@@ -87,11 +87,10 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def finished(draw: Callable[[float], Figure], width: float, path: str | Path | None) -> Figure:
-    """Return a figure of some width (in) drawn in our style; also write it to a path, whose ending
-    is its format.
+    """Return a figure of this width (in) in the house style; also write it to `path`, if given.
 
     Raises:
-        ValueError: when that is no format of ours, or the width none of a figure.
+        ValueError: when the width or the ending of `path` is not supported.
         OSError: when it cannot be written.
     """
     if not NARROWEST <= width <= WIDEST:
@@ -244,9 +243,7 @@ def broken(text: str, longest: int, most: int) -> str:
 
 
 def fit_labels(figure: Figure) -> None:
-    """Break titles and labels of axes that are longer than the figure into lines; make it higher
-    where these leave axes too little of it.
-    """
+    """Break long titles and axis labels into lines; enlarge the figure if its axes get too low."""
     of_axes = [
         text for axes in figure.axes for text in (axes.title, axes.xaxis.label, axes.yaxis.label)
     ]

@@ -188,7 +188,7 @@ def _acoustic(reading: UsblReading) -> dict[str, Any]:
 
 
 def _degrees(yaw: float) -> float:
-    """Return a heading (rad) in degrees from 0 on, below 360."""
+    """Return a heading (rad) in degrees, in [0, 360)."""
     return min(math.degrees(yaw) % 360.0, HIGHEST_DEG)
 
 

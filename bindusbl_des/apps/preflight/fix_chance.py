@@ -225,10 +225,10 @@ def made_and_delivered(
 
 
 def _in_turn(chances: Floats, works: Flags, cycle: int = 1, number: ArrayLike = 0) -> Floats:
-    """Return the mean (...) of chances (..., m) over the working ASVs that send broadcast `number`
-    (n,).
+    """Return the mean (...) of chances (..., m) over working ASVs that may send a broadcast.
 
-    Further broadcasts follow every `cycle`; `works` (..., m) tells which ASVs work.
+    `number` is its number; an AUV's next frame comes `cycle` broadcasts later; `works` (..., m)
+    tells which ASVs work.
     """
     step, place = np.gcd(cycle, works.sum(axis=-1, keepdims=True)), works.cumsum(axis=-1) - 1
     has_turn = works & ((place - np.asarray(number)[..., np.newaxis]) % step == 0)

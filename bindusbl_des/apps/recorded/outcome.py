@@ -99,7 +99,7 @@ class SightRow:
 
 @dataclass
 class BeaconRow:
-    """One beacon of a log."""
+    """A surveyed beacon of a recorded log, and the residuals of its ranges."""
 
     log: str = column("", "name of the log")
     beacon: str = column("", "name of the beacon")
@@ -108,7 +108,7 @@ class BeaconRow:
     z_m: float = column("m", "surveyed depth")
     ranges: int = column("1", "ranges to it")
     residual_median_m: float = column("m", "median of their residuals by the smoother")
-    residual_spread_m: float = column("m", "their spread: 1.4826 x the median deviation from that")
+    residual_spread_m: float = column("m", "1.4826 x median absolute deviation of these residuals")
 
 
 ROWS = {"logs": LogRow, "tracks": TrackRow, "sights": SightRow, "beacons": BeaconRow}

@@ -1,4 +1,4 @@
-"""Witnesses are run before they are believed: what is told of one is what happened in it."""
+"""Witnesses are simulated before the verifier reports them: a report tells what happened."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -18,15 +18,15 @@ from .case import REFUSED, UNDECIDED, Plan, SignalPair
 Row = dict[str, Any]
 Place = tuple[float, float, float]
 
-# So many scenarios are run to see two signals of a pair overlap, each so long (s), all pairs of an
-# AUV and an ASV together.
+# The most scenarios to simulate for one pair of signals, and their longest duration (s) times pairs
+# of an AUV and an ASV.
 MOST_PLAYED, LONGEST_PLAYED_S = 50, 5e6
 
 
 @dataclass(frozen=True)
-class Signal:
-    """A signal of a witness: what it is, who sent it, when and where (m), and from when to when it
-    is at the receiver (s).
+class WitnessSignal:
+    """A signal in a simulated witness: what it is, who sends it when (s) and where (m), and from
+    when to when (s) it is at the receiver.
     """
 
     what: str
@@ -39,31 +39,32 @@ class Signal:
 
 @dataclass(frozen=True)
 class Witness:
-    """Two signals that overlap at a receiver in a scenario, `plan`, to be run with a `seed`."""
+    """Two signals that overlap at a receiver in the scenario of `plan` with a `seed`."""
 
     kind: str
     plan: Plan
     seed: int
     receiver: str
-    signals: tuple[Signal, Signal]
+    signals: tuple[WitnessSignal, WitnessSignal]
 
     @property
     def words(self) -> str:
-        """Whose signals overlap where."""
+        """The senders and the receiver in words."""
         one, other = self.signals
         return f"{one.sender} and {other.sender} at {self.receiver}"
 
     @property
     def overlap_s(self) -> float:
-        """How long both signals last at the receiver together (s)."""
+        """The duration (s) of the overlap at the receiver."""
         begins = max(signal.begins_at_s for signal in self.signals)
         return min(signal.ends_at_s for signal in self.signals) - begins
 
 
 def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
-    """Return a pair and the first of its witnesses in which two signals overlap when it is run.
+    """Return a pair with its verdict, and its first witness whose signals overlap in simulation.
 
-    Without any it is not refused: its bound is exceeded, but no two signals were seen to collide.
+    Without such a witness the verdict is undecided: the bound is exceeded, but no collision was
+    seen.
     """
     if pair.witnesses is None:
         return pair, None
@@ -72,9 +73,9 @@ def witnessed(pair: SignalPair) -> tuple[SignalPair, Witness | None]:
 
 
 def seen(pair: SignalPair, plans: Iterable[Plan]) -> tuple[Witness | None, str]:
-    """Run scenarios until two signals overlap in one on the band of a pair; return that.
+    """Simulate scenarios until two signals of a pair overlap on its band; return that witness.
 
-    Without any, tell in a sentence which signals were destroyed by something else, if any were.
+    Else return None, and a sentence on signals that something else destroyed, or "".
     """
     lost = ""
     for plan in plans:
@@ -113,7 +114,7 @@ def _first_overlap(kind: str, plan: Plan, result: Result, band: str | None) -> W
     return None
 
 
-Overlap = tuple[str, Signal, Signal]
+Overlap = tuple[str, WitnessSignal, WitnessSignal]
 
 
 def _overlaps(result: Result, band: str | None) -> Iterator[Overlap]:
@@ -127,7 +128,7 @@ def _overlaps(result: Result, band: str | None) -> Iterator[Overlap]:
         yield from _neighbours(_frames(result, tracks))
 
 
-def _neighbours(there: dict[str, list[Signal]]) -> Iterator[Overlap]:
+def _neighbours(there: dict[str, list[WitnessSignal]]) -> Iterator[Overlap]:
     """Yield signals that overlapped, by receivers at which they collided with anything."""
     for receiver, signals in there.items():
         for one, other in pairwise(sorted(signals, key=lambda signal: signal.begins_at_s)):
@@ -142,18 +143,18 @@ def _collided(result: Result, table: str) -> list[Row]:
     return list(rows.take(those).to_pylist())
 
 
-def _pings(result: Result) -> dict[str, list[Signal]]:
+def _pings(result: Result) -> dict[str, list[WitnessSignal]]:
     """Return the pings that collided, receiver by receiver."""
     protocol, lasts = result.scenario.protocol, result.scenario.acoustics.hf.ping_s
     pings = {row["ping"]: row for row in result.arrow["pings"].to_pylist()}
-    there: dict[str, list[Signal]] = {}
+    there: dict[str, list[WitnessSignal]] = {}
     for row in _collided(result, "receptions"):
         ping, arrived = pings[row["ping"]], row["arrived_at_s"]
         if arrived is None:  # no call made it ping, and the outcome is that call's
             continue
         what = f"ping {row['ping']} (round {ping['round']}, slot {ping['slot']})"
         place = (ping["x_m"], ping["y_m"], ping["z_m"])
-        signal = Signal(
+        signal = WitnessSignal(
             what, ping[protocol.pinging], ping["sent_at_s"], place, arrived, arrived + lasts
         )
         there.setdefault(row[protocol.listening], []).append(signal)
@@ -161,7 +162,7 @@ def _pings(result: Result) -> dict[str, list[Signal]]:
 
 
 def _calls(
-    result: Result, tracks: dict[str, Floats], there: dict[str, list[Signal]]
+    result: Result, tracks: dict[str, Floats], there: dict[str, list[WitnessSignal]]
 ) -> Iterator[Overlap]:
     """Yield calls that met another at an AUV, and answers that a call met at an ASV."""
     lasts, sound_speed = result.scenario.acoustics.hf.ping_s, result.setup.sound_speed_m_per_s
@@ -169,13 +170,13 @@ def _calls(
     everywhere = np.concatenate(list(tracks.values()))[:, 1:]
     longest_s = float(np.linalg.norm(np.ptp(everywhere, axis=0))) / sound_speed + lasts
 
-    def call(ping: Row, at: Place) -> Signal:
+    def call(ping: Row, at: Place) -> WitnessSignal:
         """Return the call for a ping as it is heard at a place (m)."""
         place = _place(tracks[ping["called_by"]], ping["called_at_s"])
         begins = ping["called_at_s"] + math.dist(place, at) / sound_speed
         what = f"call (round {ping['round']}, slot {ping['slot']})"
         sent = ping["called_by"], ping["called_at_s"]
-        return Signal(what, *sent, place, begins, begins + lasts)
+        return WitnessSignal(what, *sent, place, begins, begins + lasts)
 
     for ping in called:
         for other in called if ping["call"] == "collided" else ():
@@ -195,11 +196,11 @@ def _calls(
                     yield asv, signal, heard
 
 
-def _frames(result: Result, tracks: dict[str, Floats]) -> dict[str, list[Signal]]:
+def _frames(result: Result, tracks: dict[str, Floats]) -> dict[str, list[WitnessSignal]]:
     """Return the frames of fixes that collided at AUVs, and those of AUVs wherever they did,
     receiver by receiver.
     """
-    there: dict[str, list[Signal]] = {}
+    there: dict[str, list[WitnessSignal]] = {}
     for sent, heard, number, sender, receiver in (
         ("broadcasts", "frame_receptions", "broadcast", "asv", "auv"),
         ("auv_frames", "auv_frame_receptions", "auv_frame", "auv", "listener"),
@@ -211,7 +212,7 @@ def _frames(result: Result, tracks: dict[str, Floats]) -> dict[str, list[Signal]
             if sent == "auv_frames":
                 what = f"{frame['kind']} {row[number]} of broadcast {frame['broadcast']}"
             place = _place(tracks[frame[sender]], frame["sent_at_s"])
-            signal = Signal(
+            signal = WitnessSignal(
                 what,
                 frame[sender],
                 frame["sent_at_s"],

@@ -206,7 +206,7 @@ def same_slot(case: Case) -> Iterator[SignalPair]:
             yield undecided(kind, what, why)
             return
     is_set, needed = case.scenario.protocol.conflict_margin_m, margin_needed(case)
-    age, speed = age_s(case), case.closing_m_per_s
+    age, speed = position_age_s(case), case.closing_m_per_s
     if needed == math.inf:
         why = "nothing bounds how far AUVs may be from where they are believed"
     else:
@@ -245,7 +245,7 @@ def margin_needed(case: Case) -> float:
     """Return the least conflict margin (m) with which no ASV hears two AUVs of one group."""
     if not case.shares_slots:
         return 0.0
-    moved, hf = case.closing_m_per_s * age_s(case), case.hf
+    moved, hf = case.closing_m_per_s * position_age_s(case), case.hf
     steered = any(group.vehicle.is_steered for group in case.setup.groups)
     if hf.range_metric == "slant" and not steered:
         aslant = [  # how much nearer an AUV at the edge of range comes that moves so far
@@ -286,8 +286,8 @@ def believed_off_m(case: Case) -> float:
     return farthest_off(setup.usbl, case.nearest_m, case.farthest_m, beside, bounds.sigmas)
 
 
-def age_s(case: Case) -> float:
-    """Return how long (s) before a shared slot AUVs may have been where they are believed."""
+def position_age_s(case: Case) -> float:
+    """Return the largest age (s) of a believed AUV position at a slot that AUVs share."""
     if case.scenario.protocol.positions != "truth":
         return case.scenario.duration_s
     return most_shared_slot(case) * _slot_in_round(case) + case.late_s
@@ -327,7 +327,7 @@ def calls_of_a_slot(case: Case) -> Iterator[SignalPair]:
     if not case.shares_slots or not len(case.apart_m):
         return
     reach, nearest = case.hf.range_m, float(case.apart_m.min())
-    moved = case.closing_m_per_s * (age_s(case) + case.slot_s)
+    moved = case.closing_m_per_s * (position_age_s(case) + case.slot_s)
     why = f"ASVs are {nearest:.4g} m apart or more, and share AUVs up to {2 * reach + moved:.4g} m"
     if nearest > 2 * reach + moved:
         yield SignalPair(kind, what, ACCEPTED, why)
@@ -488,9 +488,9 @@ def broadcasts(case: Case) -> Iterator[SignalPair]:
 
 
 def most_fixes(case: Case) -> int:
-    """Return the most fixes that a broadcast of the scenario carries.
+    """Return the most fixes that one broadcast of the scenario carries.
 
-    A group is of one AUV, or where slots are shared of as many as there are ASVs to hear them.
+    A ping group has one AUV; if AUVs share slots, it has at most one for each ASV that hears it.
     """
     schedule, messages = case.setup.schedule, case.slots.messages
     most = case.auvs

@@ -131,7 +131,7 @@ class Verdict:
     @property
     def position_age_s(self) -> float | None:
         """How old positions may be by which AUVs share a slot (s); None where none do."""
-        return rules.age_s(self.case) if self.reuses else None
+        return rules.position_age_s(self.case) if self.reuses else None
 
     @property
     def position_error_m(self) -> float | None:

@@ -19,11 +19,11 @@ class Sound(Lossy):
     source_level_db: Real = key(180.0, "dB", "source level SL re 1 uPa at 1 m", ge=0, le=250)
     directivity_index_db: Real = key(0.0, "dB", "directivity index DI of receivers", ge=0, le=60)
     absorption: Literal["francois_garrison", "ainslie_mccolm", "thorp"] = key(
-        "francois_garrison", "", "law of absorption; thorp knows neither water nor pH"
+        "francois_garrison", "", "law of absorption; thorp depends on neither water nor pH"
     )
     ph: Real = key(8.1, "1", "acidity of the water, for absorption", ge=7, le=9)
-    wind_m_per_s: Real = key(5.0, "m/s", "wind, whose waves make noise", ge=0, le=50)
-    shipping: Real = key(0.5, "1", "distant ships' noise, none to heavy", ge=0, le=1)
+    wind_m_per_s: Real = key(5.0, "m/s", "wind speed, for the noise of waves", ge=0, le=50)
+    shipping: Real = key(0.5, "1", "noise of distant ships, none to heavy", ge=0, le=1)
     own_noise_db: Real | None = key(
         None, "dB", "noise of a receiver's own vehicle re 1 uPa2/Hz; null = none", ge=-50, le=200
     )
@@ -51,14 +51,16 @@ class Sound(Lossy):
     interference_db: Real = key(
         10.0,
         "dB",
-        "how far below the SNR that half of all signals are decoded at others still drown them",
+        "interference also counts from signals this far below the SNR at which half of all "
+        "signals are decoded",
         ge=0,
         le=120,
     )
     capture_db: Real | None = key(
         None,
         "dB",
-        "ratio to the noise and all that overlaps it from which a signal survives; null = never",
+        "ratio of a signal to noise and overlapping signals above which it is decoded; null = "
+        "never",
         ge=-30,
         le=60,
     )
@@ -98,7 +100,7 @@ class OfPings(Sound):
     timing: Literal["constant", "envelope", "carrier"] = key(
         "constant",
         "",
-        "what an array's time differences lose as SNR falls: nothing, or as arrivals are timed by "
+        "accuracy of an array's time differences at low SNR: constant, or that of timing by "
         "the envelope, or by the carrier as well",
     )
 

@@ -99,9 +99,10 @@ def slow_gnss(setup: Setup, streams: Streams) -> Floats:
 def guided_auvs(
     setup: Setup, auvs: Sequence[Auv], water: MissionCurrent, wrong: Wrong, shared: "Shared | None"
 ) -> "GuidedFleet":
-    """Return the trajectories along their tours of AUVs of one hull, which follow each other.
+    """Return the guided fleet of `auvs`, which have consecutive numbers, one hull and one feedback.
 
-    Where they steer by their estimates, their dead reckoning is `wrong`.
+    If they steer by their estimates, their dead reckoning has the errors of `wrong`.  The fleet
+    writes its motion into the arrays `shared` with other fleets; None: into its own.
     """
     from ..vehicles.guidance.departure import DeparturePlan
     from ..vehicles.guidance.guided_fleet import GuidedFleet

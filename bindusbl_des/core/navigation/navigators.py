@@ -380,10 +380,14 @@ class OwnNavigator:
             fix["correction_m"] = np.hypot(*(moved - was)[0])
             self._corrections[auv] = (moved - odometry.position)[0]
             if answer is not None:
-                self._note(fix, answer)
+                self._write_answer(fix, answer)
 
-    def _note(self, fix: Row, answer: Any) -> None:
-        """Write what a navigator has returned about a fix in place of the values above."""
+    def _write_answer(self, fix: Row, answer: Any) -> None:
+        """Write the answer of a user-defined navigator's `correct` into its fix.
+
+        Raises:
+            PluginError: when it is not None or a mapping of nis, innovation_m and refused.
+        """
         found = self._asked(lambda: dict(answer)) if isinstance(answer, Mapping) else None
         known = found is not None and set(found) <= {"nis", "innovation_m", "refused"}
         if found is None or not known:

@@ -50,10 +50,12 @@ class FixHistory(NamedTuple):
         return FixHistory(self.rows[which], self.common[which], self.noise[which])
 
 
-class FixSights(NamedTuple):
-    """Fixes (n,) as m sights: the index of the fix of each, `owners` (m,), first two sights of each
-    fix; the receptions of the range rates that follow (:meth:`LinearNavigator.rated`); and the
-    instants (s) of the fixes before, (n,).
+class FixMeasurements(NamedTuple):
+    """n fixes as m scalar measurements (`sights`), with the index of each one's fix, `owners` (m,).
+
+    The first 2 n are the positions of the fixes, two each; the rest are their range rates, by fix
+    and reception (`rated`, see :meth:`LinearNavigator.rated`).  `since` (n,) is when (s) the fix
+    before holds, 0 for the first.
     """
 
     sights: Sights
@@ -117,7 +119,7 @@ class Smoother:
 
     def _worked_out(self, auv: int, odometry: Odometry) -> SmoothedTrack:
         known = self._of(auv)
-        told = self._as_sights(auv, known)
+        told = self._as_measurements(auv, known)
         valid, delivered = known.rows["valid_at_s"], known.rows["delivered_at_s"]
         times, count = odometry.times, len(odometry.times)
         found = SmoothedTrack(np.empty((count, 2)), np.empty((count, 3)))
@@ -180,7 +182,7 @@ class Smoother:
         auv: int,
         begin: Belief,
         valid: Floats,
-        told: FixSights,
+        told: FixMeasurements,
         which: NDArray[np.bool_],
         times: Floats = NO_NUMBERS,
     ) -> tuple[Odometry, Sights]:
@@ -195,9 +197,10 @@ class Smoother:
         at = np.searchsorted(nodes.times, valid[told.owners[own]])
         return nodes, Sights(at, sights.rows[own], sights.values[own], sights.variances[own])
 
-    def _as_sights(self, auv: int, known: FixHistory) -> FixSights:
-        """Return fixes as two sights each, by the fixes' indices: along x, and along y less the
-        part whose noise is correlated with x; then range rates.
+    def _as_measurements(self, auv: int, known: FixHistory) -> FixMeasurements:
+        """Return fixes as scalar measurements: two positions for each, then range rates.
+
+        The two are x, and y less the part whose noise is correlated with x.
         """
         rows, states = known.rows, self._first.states.shape[1]
         then = self._reckoning.sample(auv, rows["valid_at_s"])[1]
@@ -223,19 +226,19 @@ class Smoother:
         rated, since = self._filter.rated(rows), np.append(0.0, rows["valid_at_s"][:-1])
         owners = np.repeat(np.arange(len(rows)), 2)
         if not len(rated[0]):
-            return FixSights(sights, owners, rated, since)
+            return FixMeasurements(sights, owners, rated, since)
         at_fixes, covariance = np.zeros((len(rows), states)), self._first.covariances[auv]
         at_fixes[:, :2] = then.position - self._filter.estimate(auv, then)
         unsure = np.broadcast_to(covariance, (len(rows), *covariance.shape)).copy()
         further = self._filter.expanded_rates(rows, since, rated, at_fixes, unsure)
         both = [np.concatenate(two) for two in zip(sights[1:], further, strict=True)]
-        return FixSights(
+        return FixMeasurements(
             Sights(np.append(owners, rated[0]), *both), np.append(owners, rated[0]), rated, since
         )
 
     def _expand_anew(
         self, known: FixHistory, nodes: Odometry, states: Floats, spreads: Floats,
-        told: FixSights, which: Ints,
+        told: FixMeasurements, which: Ints,
     ) -> None:  # fmt: skip
         """Expand the fixes `which` again about the smoothed states; write their sights.
 

@@ -13,13 +13,14 @@ class BroadcastSettings(Settings):
     """The settings of the knowledge `broadcast`."""
 
     assignment_bytes: Whole = key(
-        2, "B", "record of a frame that tells one AUV its slot", ge=0, le=64
+        2, "B", "bytes in a frame that assign one AUV its slot", ge=0, le=64
     )
     missed: Literal["silent", "last_slot", "contention"] = key(
         "silent",
         "",
-        "what an AUV does that received no slot: it keeps silent, or pings in its last slot, "
-        "or by chance in a further slot at the end of the round, when it reckons these to be",
+        "what an AUV does that received no slot: it stays silent, pings in its last known "
+        "slot, or pings at random in a contention slot at the end of the round, at the times "
+        "that it estimates",
     )
 
 

@@ -80,14 +80,14 @@ class DirectReply(Settings):
     reply: Literal["frame", "instant"] = key(
         "frame",
         "",
-        "what an answer is: an MF frame of header and one fix, or without airtime (instant), as "
-        "the paper's baseline has it",
+        "form of a reply: an MF frame of header and one fix, or without airtime (instant), as "
+        "in the paper's baseline",
         "sec:baseline",
     )
     reply_at: Literal["ping_front", "ping_end"] = key(
         "ping_end",
         "",
-        "when an instant reply sets out: as the ping's front arrives, or once it is decoded",
+        "when an instant reply is sent: as the ping's front arrives, or once the ping is decoded",
     )
 
     @property

@@ -253,16 +253,16 @@ class Lossy(Settings):
     burst_s: Real | None = key(
         None,
         "s",
-        "how long signals between a pair of vehicles are lost once they are, on average, the "
-        "share lost being the channel's; null = each is lost by itself",
+        "mean duration of a burst of losses between a pair of vehicles, at the channel's "
+        "share of lost signals; null = losses are independent",
         gt=0,
         le=1e5,
     )
     doppler_limit_m_per_s: Real | None = key(
         None,
         "m/s",
-        "how fast the way between two vehicles may change, either way, for a signal to be decoded; "
-        "null = as the band's modem states, else any",
+        "largest range rate, in either direction, at which signals are decoded; null = the "
+        "modem's limit, else none",
         gt=0,
         le=100,
     )

@@ -34,7 +34,7 @@ class Origin(Part):
     lat_deg: Annotated[Real | None, angle_of("NS"), or_text(90, "null")] = key(
         None,
         "deg",
-        "latitude where x = y = 0, for places in degrees and exports; null = nowhere",
+        "latitude where x = y = 0, for positions in degrees and exports; null = not on Earth",
         ge=-90,
         le=90,
     )
@@ -57,7 +57,7 @@ class Environment(Part):
     temperature_c: Real | None = key(
         None,
         "degC",
-        "temperature of the water, from which the speed of sound follows; null = that is given",
+        "temperature of the water, which gives the speed of sound; null = sound_speed_m_per_s",
         ge=-10,
         le=50,
     )
@@ -65,19 +65,19 @@ class Environment(Part):
     ctd: Text | None = key(
         None,
         "",
-        "CSV of a CTD profile, from which the speed of sound follows: depth_m with temperature_c "
-        "and salinity_psu, or with sound_speed_m_per_s",
+        "CSV of a CTD profile, which gives the speed of sound: depth_m with temperature_c and "
+        "salinity_psu, or with sound_speed_m_per_s",
     )
     sound_speed_law: Literal["mackenzie", "medwin", "teos10"] = key(
         "mackenzie",
         "",
-        "law by which it follows; teos10 needs origin, and the package gsw",
+        "law of the speed of sound; teos10 needs origin, and the package gsw",
         "Mackenzie 1981, Medwin 1975, TEOS-10",
     )
     assumed_sound_speed_m_per_s: Real | None = key(
         None,
         "m/s",
-        "speed of sound that ranges, directions and slots are worked out with; null = the true one",
+        "speed of sound assumed for ranges, directions and slots; null = the true one",
         ge=1300,
         le=1700,
     )
@@ -94,8 +94,8 @@ class Environment(Part):
     surface_m: Real = key(
         0.0,
         "m",
-        "height of the water's surface, as of lakes and rivers: depths are below it; heights in "
-        "tracks, poses and exports count from where this does (the ellipsoid, or the sea)",
+        "height of the water's surface, as of a lake: depths are below it; heights in tracks, "
+        "poses and exports have the same zero (the ellipsoid, or the sea)",
         ge=-500,
         le=9000,
     )
@@ -123,10 +123,11 @@ class Traffic(Part):
 class Modems(Part):
     """Modems of all vehicles, whose host computers say what they send (`live --to seatrac:...`)."""
 
-    make: Literal["seatrac", "evologics"] = key("seatrac", "", "whose modems they are")
+    make: Literal["seatrac", "evologics"] = key("seatrac", "", "manufacturer of the modems")
     lines: Text | None = key(
-        None, "", "file of what hosts said: a result's table `modem_lines` (.parquet), or CSV with "
-        "time_s, vehicle, line; null: nothing but what a live session hears",
+        None, "",
+        "file of the hosts' lines: a result's table `modem_lines` (.parquet), or CSV with "
+        "time_s, vehicle, line; null = only those of a live session",
     )  # fmt: skip
 
 
@@ -140,7 +141,7 @@ class Record(Part):
     metrics_from_s: Real = key(
         0.0, "s", "instant from which metrics of errors, pings and fixes are taken", ge=0
     )
-    detail: Literal["full", "summary"] = key("full", "", "every event, or the metrics only")
+    detail: Literal["full", "summary"] = key("full", "", "record every event, or metrics only")
 
 
 class ScenarioKeys(Part):

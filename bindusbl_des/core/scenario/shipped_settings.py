@@ -39,14 +39,13 @@ class Kalman(Settings):
     range_rate: bool = key(
         False,
         "",
-        "whether range rates (usbl.range_rate_sd_m_per_s), which come with fixes, correct velocity "
-        "bias and current as well",
+        "whether range rates (usbl.range_rate_sd_m_per_s) also correct velocity bias and current",
     )
     assumes: Mapping[str, Mapping[str, Any]] = key(
         {},
         "",
-        "keys of errors (`navigation: {scale_factor_sd: 0}`) that the filter takes for something "
-        "else than they are; what is not named here it is told of as it is",
+        "keys of errors (`navigation: {scale_factor_sd: 0}`) for which the filter assumes "
+        "other values; for the others it assumes the true ones",
     )
 
 
@@ -56,7 +55,8 @@ class Smoothing(Kalman):
     lag_s: Real | None = key(
         None,
         "s",
-        "an estimate knows the fixes delivered up to so much later; null = all of the mission",
+        "an estimate uses the fixes delivered up to this time later; null = all fixes of the "
+        "mission",
         ge=0,
         le=1e7,
     )
@@ -67,7 +67,9 @@ class FixedGain(Settings):
 
     gain: Real = key(0.9, "1", "gain gamma of eq. update", PAPER, gt=0, le=1)
     delay_compensation: Literal["none", "shift"] = key(
-        "shift", "", "innovation against the present estimate, or that remembered at ping time"
+        "shift",
+        "",
+        "whether the innovation is against the present estimate, or against the one at ping time",
     )
 
 
@@ -94,15 +96,15 @@ class Datasheet(Settings):
     bearing_sd_deg: Real | None = key(
         None,
         "deg",
-        "standard deviation of the direction, to either side: an angle across the way to the AUV, "
-        "whatever its elevation",
+        "standard deviation of the direction sideways: an angle across the line of sight, at "
+        "any elevation",
         gt=0,
         le=45,
     )
     elevation_sd_deg: Real | None = key(
         None,
         "deg",
-        "the same upwards and downwards; null = as to either side",
+        "standard deviation of the direction upwards; null = as sideways",
         gt=0,
         le=45,
     )
@@ -117,17 +119,18 @@ class Datasheet(Settings):
         0.0, "%", "the same in percent of the slant range, added in squares", ge=0, le=50
     )
     statistic: Statistic = key(
-        "cep", "", "what is stated of accuracy: the circle of half, or 95 %, of all fixes, or RMS"
+        "cep", "", "meaning of the stated accuracy: the circle of 50 % or 95 % of all fixes, or RMS"
     )
     reference_snr_db: Real | None = key(
         None,
         "dB",
-        "SNR at which the angles are stated; they change as 10^(-SNR / 20); null = they do not",
+        "SNR at which the angles are stated; they change as 10^(-SNR / 20); null = they are "
+        "constant",
         ge=-60,
         le=120,
     )
     angle_floor_deg: Real = key(
-        0.0, "deg", "what bearing and elevation never fall below, however high the SNR", ge=0, le=45
+        0.0, "deg", "least standard deviation of bearing and elevation at high SNR", ge=0, le=45
     )
 
     @model_validator(mode="after")

@@ -30,14 +30,14 @@ class Acknowledging(Settings):
     acknowledgement_bytes: Whole | None = key(
         None,
         "B",
-        "size of the signal by which an ASV tells that it has decoded a ping; null = none does",
+        "size of the signal by which an ASV acknowledges a ping; null = no acknowledgements",
         ge=1,
         le=65_535,
     )
     repeat: Whole = key(
         0,
         "1",
-        "how many more times an AUV pings, after a backoff each, as long as no ASV acknowledges it",
+        "how many more times an AUV pings, after a backoff each, until an ASV acknowledges it",
         ge=0,
         le=1000,
     )

@@ -32,7 +32,7 @@ class CarrierSense(ScheduleSettings, Acknowledging):
     slot_s: Real | None = key(
         None,
         "s",
-        "such a slot; null = a ping and its longest way, until all in range have heard it",
+        "length of a backoff slot; null = a ping and its largest travel time",
         gt=0,
         le=3600,
     )

@@ -39,8 +39,8 @@ class Dacap(Macau):
     handshake_s: Real | None = key(
         None,
         "s",
-        "shortest time from request to ping, less what request and clear last; null = twice the "
-        "longest way",
+        "shortest time from request to ping, less the durations of request and clear; null = "
+        "twice the largest travel time",
         ge=0,
         le=3600,
     )

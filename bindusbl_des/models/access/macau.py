@@ -33,7 +33,7 @@ class Macau(Acknowledging):
     request_bytes: Whole = key(4, "B", "size of a request", ge=1, le=65_535)
     clear_bytes: Whole = key(4, "B", "size of a clear", ge=1, le=65_535)
     most_rounds: Whole = key(
-        64, "1", "an AUV that is not cleared backs off for up to so many rounds", ge=1, le=1_000_000
+        64, "1", "most rounds for which an AUV without clearance backs off", ge=1, le=1_000_000
     )
 
 

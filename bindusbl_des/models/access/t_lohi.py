@@ -34,10 +34,10 @@ class TLohi(Acknowledging):
     rounds: Literal["conservative", "aggressive"] = key(
         "conservative",
         "",
-        "length of a contention round: a tone and the longest way there and back, or one way",
+        "length of a contention round: a tone and twice, or once, the largest travel time",
     )
     recontend_s: Real = key(
-        0.015, "s", "an AUV contends again up to so long after another's turn, at random", ge=0,
+        0.015, "s", "longest random wait before an AUV contends again after another's turn", ge=0,
         le=3600,
     )  # fmt: skip
 

@@ -27,7 +27,7 @@ class Curve(Lossy):
     interference_m: Real | None = key(
         None,
         "m",
-        "how far signals drown others that they overlap; null = to the last range of the file",
+        "distance up to which signals interfere with others; null = to the last range of the file",
         ge=0,
         le=1e6,
     )

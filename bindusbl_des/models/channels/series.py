@@ -34,10 +34,10 @@ class Series(Lossy):
         le=300,
     )
     shadowing_sd_db: Real = key(
-        0.0, "dB", "standard deviation of a signal's level about that of the file", ge=0, le=40
+        0.0, "dB", "standard deviation of a signal's level around the file's", ge=0, le=40
     )
     noise_db: Real = key(
-        0.0, "dB", "level of the noise in the band, above which levels are SNRs", ge=-300, le=300
+        0.0, "dB", "level of the noise in the band, to turn levels into SNRs", ge=-300, le=300
     )
 
 

@@ -15,7 +15,7 @@ class Polling(ScheduleSettings):
     """Settings of the schedule `polling`."""
 
     side_by_side: bool = key(
-        False, "", "call AUVs at once that no ASV hears two of, each by the ASV nearest to it"
+        False, "", "call AUVs at once if no ASV hears two of them, each by its nearest ASV"
     )
 
     @property

@@ -20,7 +20,11 @@ class SuperTdma(ScheduleSettings):
 
     clear_s: Real = key(0.02, "s", "pause between two arrivals at an ASV", ge=0, le=60)
     sds: Real = key(
-        2.0, "1", "standard deviations of fixes by which AUVs may be misplaced", ge=0, le=100
+        2.0,
+        "1",
+        "assumed largest error of AUV positions, in standard deviations of fixes",
+        ge=0,
+        le=100,
     )
 
     @property

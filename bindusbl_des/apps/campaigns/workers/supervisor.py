@@ -116,7 +116,7 @@ class WorkersDie(RuntimeError):
 
 
 class Supervisor:
-    """Runs missions of a plan on a pool; workers write the rows, it counts them."""
+    """Distributes a plan's missions to the workers of a pool, who write the rows; counts them."""
 
     def __init__(
         self,
@@ -144,15 +144,15 @@ class Supervisor:
         self._plan_sha256 = plan.fingerprint()
 
     def stop(self) -> None:
-        """Let the workers finish the missions they are at, write their rows, and end."""
+        """Ask workers to finish their present missions, write the rows, and end."""
         self.stopping = True
         with suppress(OSError):  # on a full disk they stop when their time is spent
             ask_to_stop(self.folder)
 
     def run(self, missions: Ints, until: float = math.inf) -> None:
-        """Run missions until all have a row or a stop was asked for.
+        """Distribute missions (by number) until each has a row or the supervisor stops.
 
-        Once it is `until` (s, of the clock `monotonic`), none is begun any more.
+        It also stops at `until` (s, by `time.monotonic`); missions that have begun still end.
 
         Raises:
             NotWritten: when rows cannot be written.

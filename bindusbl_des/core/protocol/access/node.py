@@ -112,7 +112,7 @@ class Node:
         return self._event(self.when(instant), instant)
 
     def at(self, time: float) -> simpy.Event:
-        """Return the event of an instant of the mission (s)."""
+        """Return the event that occurs at a mission time (s)."""
         return self._event(time, self.reads(time))
 
     def _event(self, time: float, reading: float) -> simpy.Event:

@@ -49,8 +49,8 @@ class Band(Part):
     modem: ModemName | None = key(
         None,
         "",
-        "modem whose figures (`bindusbl-des presets modem`) stand for the keys of this band that "
-        "are not given; one that is given wins",
+        "modem whose data sheet (`bindusbl-des presets modem`) sets the keys of this band "
+        "that are not given",
     )
     transmit_w: Real | None = key(
         None, "W", "electrical power while sending; null = energy is not reported", ge=0, le=1e5
@@ -176,14 +176,14 @@ class Downlink(Band):
     airtimes: Text | None = key(
         None,
         "",
-        "CSV file of measured airtimes, columns payload_bytes (rising; between them times go "
-        "straight), airtime_s and processing_delay_mean_s; null = by bit rate and overhead",
+        "CSV file of measured airtimes, columns payload_bytes (rising; interpolated "
+        "linearly), airtime_s and processing_delay_mean_s; null = by bit rate and overhead",
     )
     processing_s: Real | None = key(
         None,
         "s",
-        "time from the end of a message to its handing over, which delays delivery and is no "
-        "airtime; null = that of the table of airtimes, without one 0",
+        "time from the end of a message to its delivery by the modem, beside the airtime; "
+        "null = that of the table of airtimes, else 0",
         ge=0,
         le=1e3,
     )
@@ -193,8 +193,8 @@ class Downlink(Band):
     overfull: Literal["split", "oldest_first"] = key(
         "split",
         "",
-        "what becomes of fixes that one message does not hold: sent in several, one behind the "
-        "other, or the oldest first and the rest with the next broadcast",
+        "how to send more fixes than one message holds: in consecutive messages, or the "
+        "oldest now and the rest with the next broadcast",
     )
     header_bytes: Whole = key(8, "B", "header of a broadcast N_hdr", PAPER, ge=0, le=65_535)
     fix_bytes: Whole = key(16, "B", "record of one fix B_fix", PAPER, ge=1, le=65_535)
@@ -206,8 +206,9 @@ class Loss(Part):
     law: Literal["scaled", "paper", "thesis", "head", "none"] = key(
         "scaled",
         "",
-        "eq. fix_loss by range: the paper's over 100 m stretched to a longer `hf.range_m`, the "
-        "paper's (beyond 518 m all is lost), with full digits, that of the OEM head, none",
+        "loss by range (eq. fix_loss): the paper's law over 100 m stretched to a longer "
+        "`hf.range_m`, the paper's law (beyond 518 m all is lost), the same with full digits, "
+        "that of the OEM head, or none",
     )
     combine: Literal["clamp_first", "paper_raw", "off"] = key(
         "off", "", "how contention is added (eq. fix_loss_total); off = collisions are simulated"

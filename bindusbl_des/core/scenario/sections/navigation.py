@@ -41,39 +41,42 @@ class Drift(Part):
     preset: InertialName | None = key(
         None,
         "",
-        "inertial system whose figures (`bindusbl-des presets inertial`) stand for the keys here "
-        "that are not given; one that is given wins",
+        "inertial system whose data sheet (`bindusbl-des presets inertial`) sets the keys "
+        "here that are not given",
     )
     percent_of_distance: Real | None = key(
         None,
         "%",
-        "error after a straight way without fixes, of that way (the default bias and walk make "
-        "13.5 % RMS in 300 s)",
+        "position error after a straight path without fixes, in percent of its length (the "
+        "default bias and walk give 13.5 % RMS in 300 s)",
         gt=0,
         le=20,
     )
     m_per_hour: Real | None = key(
         None,
         "m/h",
-        "error per hour without fixes, instead",
+        "position error per hour without fixes, instead",
         gt=0,
         le=1e5,
     )
     statistic: Statistic = key(
-        "cep", "", "what is stated: the circle of half, or of 95 %, of all errors, or their RMS"
+        "cep",
+        "",
+        "meaning of the stated error: the circle of 50 % or 95 % of all errors, or their RMS",
     )
     line_m: Real | None = key(
         1000.0,
         "m",
-        "straight way at whose end it is met, and over which scale and heading errors wander, so "
-        "that fixes never learn them for good; null = drawn once, constant for the mission",
+        "length of the straight path at whose end the error is met, and over which scale and "
+        "heading errors decorrelate, so that a filter has to keep estimating them; null = "
+        "constant for the mission",
         ge=1,
         le=1e7,
     )
     time_constant_s: Real | None = key(
         None,
         "s",
-        "time constant with which they wander (Gauss-Markov); null = the time of that way",
+        "time constant of scale and heading errors (Gauss-Markov); null = the time of that path",
         ge=1,
         le=1e7,
     )
@@ -111,9 +114,9 @@ class Drift(Part):
 class GnssFixSection(Part):
     """The GNSS receiver of each AUV, which gives fixes while the AUV is at the surface."""
 
-    depth_m: Real = key(0.5, "m", "depth down to which an AUV is at the surface", ge=0, le=100)
+    depth_m: Real = key(0.5, "m", "largest depth at which an AUV gets GNSS fixes", ge=0, le=100)
     sd_m: Real = key(2.0, "m", "standard deviation per axis of a fix, white noise", ge=0, le=1e3)
-    every_s: Real = key(1.0, "s", "time between fixes there", ge=0.01, le=1e6)
+    every_s: Real = key(1.0, "s", "time between GNSS fixes at the surface", ge=0.01, le=1e6)
 
 
 class PeersSection(Part):
@@ -125,27 +128,28 @@ class PeersSection(Part):
     kind: Literal["owtt", "twtt", "angles"] = key(
         "owtt",
         "",
-        "owtt: each message gives whoever decodes it a range by both clocks; twtt: each asks, and "
-        "all answer in turn; angles: no range, but bearing and elevation, and how much deeper the "
-        "sender is",
+        "owtt: an AUV that decodes a message gets a range by both clocks; twtt: an AUV asks, "
+        "and all answer in turn; angles: no range, but bearing, elevation and difference of "
+        "depth",
     )
     bearing: Literal["none", "array"] = key(
         "none", "", "array: AUVs carry the array of usbl, and measure the direction as well"
     )
     message_bytes: int = key(
-        32, "B", "size of a message: place, covariance, depth, instant", ge=1, le=65_535
+        32, "B", "size of a message: position, covariance, depth, instant", ge=1, le=65_535
     )
     share: Literal["estimate", "raw"] = key(
         "estimate",
         "",
-        "what messages carry: where the sender believes to be, and how sure it is; or all the "
-        "measurements that it knows of, from which each AUV works out all others as well",
+        "content of messages: the sender's estimate and covariance; or all measurements that "
+        "it knows of, from which each AUV estimates all others as well",
     )
     fusion: Literal["intersection", "centralised", "naive"] = key(
         "intersection",
         "",
-        "intersection: what AUVs may have in common is not counted twice; centralised: one filter "
-        "that has all at once, the bound; naive: messages are taken for news, to compare with",
+        "intersection: covariance intersection, which counts no common information twice; "
+        "centralised: one filter with all measurements at once, as a bound; naive: messages "
+        "count as independent, for comparison",
     )
 
     @property
@@ -173,8 +177,8 @@ class Navigation(Section):
     velocity_bias_m_per_s: Point = key(
         (0.06, 0.06),
         "m/s",
-        "velocity bias b_i; with the random walk 13.5 % of the distance in the paper's 300 s at "
-        "0.627 m/s, where DVL-aided inertial systems have 0.01 to 0.5 %: see drift",
+        "velocity bias b_i; with the random walk it gives 13.5 % of the distance in the "
+        "paper's 300 s at 0.627 m/s; DVL-aided inertial systems have 0.01 to 0.5 %: see drift",
         PAPER,
     )
     velocity_bias_sd_m_per_s: Real = key(
@@ -187,7 +191,7 @@ class Navigation(Section):
     velocity_bias_time_constant_s: Real | None = key(
         None,
         "s",
-        "time constant with which that further bias wanders (Gauss-Markov); null = it is constant",
+        "time constant of that further bias (Gauss-Markov); null = constant",
         ge=1,
         le=1e7,
     )
@@ -207,7 +211,7 @@ class Navigation(Section):
         le=45,
     )
     initial_position_sd_m: Real = key(
-        0.0, "m", "standard deviation per axis of what an AUV takes its start for", ge=0, le=1e5
+        0.0, "m", "standard deviation per axis of an AUV's estimate of its start", ge=0, le=1e5
     )
     clock_offset_sd_s: Real = key(
         0.0,
@@ -228,7 +232,7 @@ class Navigation(Section):
         "body", "", "frame in which the bias is constant", "eq. dead_reckoning"
     )
     velocity: Literal["over_ground", "through_water"] = key(
-        "over_ground", "", "the velocity dead reckoning integrates; through water misses currents"
+        "over_ground", "", "velocity that dead reckoning integrates; through_water misses currents"
     )
     random_walk_m_per_sqrt_s: Real = key(
         0.027, "m/sqrt(s)", "random walk sigma", PAPER, ge=0, le=1e3

@@ -60,7 +60,7 @@ class Formation(PlacementTraits, Part):
     """Where the ASVs are moored: a regular N-gon (eq. formation) or given positions."""
 
     model: Literal["ring", "positions"] | None = key(
-        None, "", "placement; null = positions where these are given (_m or _deg), else ring"
+        None, "", "placement; null = the given positions (_m or _deg), else ring"
     )
     angle_deg: Real = key(
         0.0, "deg", "formation angle alpha_0 of ASV0 from +x", PAPER, ge=-360, le=360
@@ -122,9 +122,9 @@ class Placed(Moving):
     speed_m_per_s: Real = key(
         SPEED_M_PER_S, "m/s", "speed of an ASV on its way", OURS, ge=0.001, le=20
     )
-    replan_s: Real = key(REPLAN_S, "s", "how often ASVs get new orders", OURS, ge=0.1, le=1e6)
+    replan_s: Real = key(REPLAN_S, "s", "interval of new orders to ASVs", OURS, ge=0.1, le=1e6)
     start_m: tuple[Point, ...] | None = key(
-        None, "m", "one [x, y] per ASV where it is launched; null = where it is to be at first"
+        None, "m", "one [x, y] per ASV where it is launched; null = its first position"
     )
 
     # The most AUVs that such ASVs can follow; None for any number.
@@ -145,7 +145,12 @@ class Grouped(Placed):
     """ASVs that get new orders only where another placement is better by a margin."""
 
     hysteresis: Real = key(
-        0.05, "1", "share by which another placement must be better to be taken", OURS, ge=0, le=1
+        0.05,
+        "1",
+        "share by which another placement must be better to replace the present one",
+        OURS,
+        ge=0,
+        le=1,
     )
 
 
@@ -153,7 +158,12 @@ class Ahead(Grouped):
     """ASVs that are placed for where AUVs will be."""
 
     horizon_s: Real = key(
-        10.0, "s", "how long ahead AUVs are believed to be where ASVs go", OURS, ge=0, le=1e6
+        10.0,
+        "s",
+        "how far ahead AUVs are predicted to choose the ASVs' positions",
+        OURS,
+        ge=0,
+        le=1e6,
     )
 
 
@@ -165,7 +175,7 @@ class Follow(Ahead):
     within_m: Real | None = key(
         None,
         "m",
-        "ASVs rest while each AUV is believed within this distance of one; null = they never wait",
+        "ASVs rest while each AUV is estimated within this distance of one; null = never",
         ge=0,
         le=1e5,
     )
@@ -186,13 +196,13 @@ class Visit(Grouped):
     near_m: Real | None = key(
         None,
         "m",
-        "an ASV rests while the AUV that it visits is believed within this distance; null = half "
-        "the HF range",
+        "an ASV rests while the AUV that it visits is estimated within this distance; null = "
+        "half the HF range",
         ge=0,
         le=1e5,
     )
     dwell_s: Real = key(
-        30.0, "s", "how long an ASV stays with an AUV at least, once near", OURS, ge=0, le=1e6
+        30.0, "s", "least time that an ASV stays with an AUV, once near", OURS, ge=0, le=1e6
     )
 
 
@@ -202,7 +212,7 @@ class Information(Grouped):
     MODEL, MOST_AUVS = "information", 100
     model: Literal["information"] = "information"
     lookahead_s: Real = key(
-        30.0, "s", "how long ahead the errors of AUVs are expected", OURS, ge=1, le=1e6
+        30.0, "s", "how far ahead the AUVs' errors are predicted", OURS, ge=1, le=1e6
     )
     criterion: Literal["trace", "determinant"] = key(
         "trace", "", "size of a covariance: A-optimality or D-optimality", OURS
@@ -225,7 +235,7 @@ class Zigzag(Grouped):
     period_s: Real | None = key(
         None,
         "s",
-        "time of a sweep there and back; null = as long as an ASV takes that keeps up with AUVs",
+        "period of a sweep; null = that of an ASV which keeps up with AUVs",
         ge=1,
         le=1e6,
     )

@@ -65,9 +65,7 @@ def _relaying(value: Any) -> Any:
 class RelaySection(Part):
     """AUVs that forward frames with fixes: which, and over how many hops."""
 
-    hops: Whole = key(
-        1, "1", "how often a frame is forwarded on its way, one AUV after the other", ge=1, le=4
-    )
+    hops: Whole = key(1, "1", "how many AUVs forward a frame one after another", ge=1, le=4)
     who: Annotated[
         tuple[int, ...] | Literal["all"], BeforeValidator(_relaying), WithJsonSchema(RELAYING)
     ] = key("all", "", "AUVs that forward: all, or a list of their numbers")
@@ -103,15 +101,15 @@ class Protocol(Section):
     ] = key(
         "truth",
         "",
-        "the AUV positions that the colouring knows: true ones, the last fix of each, or that fix "
-        "carried on by planned course and speed",
+        "AUV positions that schedules use: the true ones, the last fix of each, or that fix "
+        "advanced by planned course and speed",
         PAPER,
     )
     conflict_margin_m: Real = key(
         0.0,
         "m",
-        "AUVs believed within HF range and so much more of an ASV count as heard by it when slots "
-        "are given; `bindusbl-des verify` says how much it takes",
+        "for slots an ASV counts as hearing AUVs that are estimated within its HF range plus "
+        "this margin; `bindusbl-des verify` tells how much is needed",
         ge=0,
         le=1e6,
     )
@@ -128,14 +126,14 @@ class Protocol(Section):
     forget_after_s: Real | None = key(
         60.0,
         "s",
-        "an AUV not heard for so long has no slot any more (broadcast); null = it keeps one",
+        "an AUV that is not heard for this time loses its slot (broadcast); null = it keeps it",
         gt=0,
         le=1e6,
     )
     recall_rounds: Whole = key(
         5,
         "1",
-        "each so many rounds one AUV that has no slot any more is given one, all such AUVs in turn "
+        "every so many rounds one AUV that lost its slot gets one, all such AUVs in turn "
         "(silent, last_slot)",
         ge=1,
         le=1_000_000,
@@ -167,12 +165,12 @@ class Protocol(Section):
     duplex: Literal["per_band", "per_node"] = key(
         "per_band",
         "",
-        "what a vehicle does not hear while it sends: its own band, or the other, too (per_node)",
+        "bands that a vehicle cannot hear while it sends: the sending band, or both (per_node)",
     )
     acknowledge: Literal["none", "ping", "frame"] = key(
         "none",
         "",
-        "how AUVs tell that they have a fix: by their next ping, or by a frame of their own on MF",
+        "how AUVs acknowledge a fix: by their next ping, or by a frame of their own on MF",
     )
     acknowledgement_bytes: Whole = key(
         2,
@@ -188,8 +186,8 @@ class Protocol(Section):
     ] = key(
         "none",
         "",
-        "how often a fix is put into further broadcasts, unless the fleet knows that its AUV has "
-        "it, or has made a newer one: never, so many times, or until_acknowledged",
+        "how often a fix is broadcast again, unless its AUV has acknowledged it or a newer "
+        "fix exists: never, a number, or until_acknowledged",
     )
     relay: RelaySection | None = Field(
         default=None,

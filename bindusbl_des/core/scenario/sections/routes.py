@@ -151,17 +151,15 @@ class Flown(Planned):
     surface_every_s: Real | None = key(
         None,
         "s",
-        "time on its route after which an AUV breaks off to come up to the surface in circles, and "
-        "then takes it up again; null = it stays at its depth",
+        "time on its route after which an AUV surfaces in circles, and then resumes the "
+        "route; null = it stays at its depth",
         ge=1,
         le=1e6,
     )
     surface_for_s: Real = key(
-        10.0, "s", "how long it stays there at least: until its circles are whole", ge=0, le=1e5
+        10.0, "s", "least time at the surface; it ends with a full circle", ge=0, le=1e5
     )
-    climb_angle_deg: Real = key(
-        20.0, "deg", "angle at which it comes up and dives again", ge=1, le=60
-    )
+    climb_angle_deg: Real = key(20.0, "deg", "angle of climb and dive", ge=1, le=60)
 
     @property
     def surfacing(self) -> "Flown | None":
@@ -193,8 +191,8 @@ class Lawnmower(Flown):
     division: Literal["strips", "equal_length"] = key(
         "strips",
         "",
-        "what each AUV gets: a strip of the same height, or neighbouring lanes of about the same "
-        "length in all, which sweep the whole survey",
+        "each AUV's part: a strip of equal height, or neighbouring lanes of about equal total "
+        "length, which cover the whole survey",
     )
     start: Literal["strip_centre", "strip_corner"] = key(
         "strip_centre", "", "where an AUV begins: its strip's centre, or its first lane's end"
@@ -206,8 +204,8 @@ class Lawnmower(Flown):
     inside: bool | None = key(
         None,
         "",
-        "whether lanes that leave the area and come back are flown in parts, from edge to edge; "
-        "null = where the area is not convex",
+        "whether lanes that leave the area and return are split at its edges; null = only if "
+        "the area is not convex",
     )
 
     @property

@@ -46,14 +46,14 @@ class Survey(Part):
         le=1e5,
     )  # fmt: skip
     size_m: tuple[Side, Side] | None = key(
-        None, "m", "[x, y]: sides of a rectangular survey area along x and y before it is turned"
+        None, "m", "[x, y]: sides of a rectangular survey area along x and y before its rotation"
     )
     rotation_deg: Real = key(
-        0.0, "deg", "turn of square or rectangle about its centre, from +x towards +y",
+        0.0, "deg", "rotation of square or rectangle about its centre, from +x towards +y",
         ge=-360, le=360,
     )  # fmt: skip
     polygon_m: tuple[Point, ...] | None = key(
-        None, "m", "corners [x, y] of a survey area that is a simple polygon, going round"
+        None, "m", "corners [x, y] of a survey area that is a simple polygon, in order"
     )
     polygon_deg: tuple[Position, ...] | None = key(
         None,
@@ -77,11 +77,13 @@ class Survey(Part):
     land: Polygons | None = key(
         None,
         "",
-        "land beside that in holes of the area: polygons, each a list of corners [x, y] in m, or a "
-        "chart of them as for the area; no vehicle goes there, and no sound passes it",
+        "land, besides holes of the area: polygons, each a list of corners [x, y] in m, or a "
+        "chart of them as for the area; it stops vehicles and sound",
     )
     keep_out: Polygons | None = key(
-        None, "", "the same of water where no vehicle goes, such as a fairway; sound passes it"
+        None,
+        "",
+        "water that vehicles must not enter, such as a fairway, given like land; sound passes it",
     )
     depth_m: Real = key(10.0, "m", "depth at which the AUVs fly", PAPER, ge=0, le=11e3)
     depths_m: tuple[Depth, ...] | None = key(
@@ -90,8 +92,8 @@ class Survey(Part):
     swath_m: Annotated[Real, Field(ge=0.01, le=1e5)] | None = key(
         None,
         "m",
-        "width of what an AUV surveys as it passes, from which the area covered follows; null = "
-        "the spacing of the lanes",
+        "width of the strip that an AUV surveys, which gives the area covered; null = the "
+        "spacing of the lanes",
     )
 
     # The polygons of each key, latitude and longitude (deg), as given or read from a chart

@@ -168,15 +168,15 @@ class UsblSection(Part):
     preset: UsblName | None = key(
         None,
         "",
-        "USBL whose figures (`bindusbl-des presets usbl`) stand for the keys here that are not "
-        "given; one that is given wins, but for model",
+        "USBL whose data sheet (`bindusbl-des presets usbl`) sets the keys here that are not "
+        "given, and the model",
     )
     model: PartChoice = key("array", "", "what an arrival measures, and how surely" + SET)
     array: ArrayChoice = key(
         "oem5",
         "",
-        "hydrophone array: one that has a name, or the places of one's own elements, [[x, y, z], "
-        "...] in m forward, to starboard and down, of which their mean is the vessel's place",
+        "hydrophone array: its name, or the positions of its elements, [[x, y, z], ...] in m "
+        "forward, to starboard and down; their mean is at the vessel's position",
         THESIS,
     )
     tdoa_sd_s: Real = key(2.60296781e-7, "s", "noise of one TDOA pair", THESIS, ge=0, le=1)
@@ -212,8 +212,8 @@ class UsblSection(Part):
     slow_share: Real = key(
         0.0,
         "1",
-        "share of the variance of each acoustic error (range, direction) that changes slowly, for "
-        "each AUV and ASV by themselves; the rest is drawn anew for each ping",
+        "share of the variance of each acoustic error (range, direction) that changes slowly, "
+        "independently for each pair of AUV and ASV; the rest is drawn anew for each ping",
         ge=0,
         le=1,
     )
@@ -223,8 +223,7 @@ class UsblSection(Part):
     range_rate_sd_m_per_s: Real | None = key(
         None,
         "m/s",
-        "noise of the rate at which the way of a ping changes, measured by its Doppler shift; null "
-        "= it is not measured",
+        "noise of a ping's range rate, measured by Doppler shift; null = not measured",
         ge=0,
         le=100,
     )
@@ -232,7 +231,7 @@ class UsblSection(Part):
         0.0, "1", "share of the measurements of single arrays that are outliers", ge=0, le=0.5
     )
     outlier_sd_m: Real = key(
-        10.0, "m", "standard deviation per horizontal axis of what outliers are off", gt=0, le=1e4
+        10.0, "m", "standard deviation of outliers per horizontal axis", gt=0, le=1e4
     )
 
     @model_validator(mode="wrap")

@@ -194,9 +194,7 @@ class Failure(Part):
         description="instant at which it fails",
         json_schema_extra={"unit": "s", "source": "this package"},
     )
-    until_s: Instant | None = key(
-        None, "s", "instant from which it works again; null = it does not until the mission ends"
-    )
+    until_s: Instant | None = key(None, "s", "instant from which it works again; null = never")
 
     def lasts(self, time: float) -> bool:
         """Tell whether the ASV is failed at an instant (s)."""
@@ -228,7 +226,7 @@ class Auvs(Section):
         None, "m/s", "speed of each AUV; null = speed_m_per_s for all of them"
     )
     join_angle_deg: Real = key(
-        20.0, "deg", "angle at which an AUV that has turned about joins a line again", ge=0.1, le=45
+        20.0, "deg", "angle at which an AUV rejoins a line after it has turned about", ge=0.1, le=45
     )
     route: Route = Field(default=Lawnmower(), description="where the AUVs go")
     launch_m: tuple[Point, ...] | None = key(
@@ -240,14 +238,14 @@ class Auvs(Section):
     recovery_m: tuple[Point, ...] | None = key(
         None,
         "m",
-        "[x, y] where AUVs are recovered, one for all or one per AUV: once through their route "
-        "they go and wait there; null = they fly it there and back",
+        "[x, y] where AUVs are recovered, one for all or one per AUV: at the end of their "
+        "route they go there and wait; null = they repeat the route there and back",
     )
     endurance_s: Real | None = key(
         None,
         "s",
-        "how long AUVs can be in the water, such as by their batteries; it ends nothing, and a "
-        "mission that is longer is warned of; null = long enough",
+        "how long AUVs can be in the water, for instance by their batteries; a longer mission "
+        "only causes a warning; null = no limit",
         ge=1,
         le=1e7,
     )
@@ -264,8 +262,8 @@ class Auvs(Section):
     groups: tuple["AuvGroup", ...] = key(
         (),
         "",
-        "AUVs that differ, group by group in the order of their numbers; what a group does not say "
-        "is as it is for all",
+        "groups of AUVs that differ, in the order of their numbers; a group has the common "
+        "values of keys that it does not give",
     )
 
     @property
@@ -354,7 +352,7 @@ class Asvs(Part):
         failed = {failure.asv for failure in self.failures if failure.lasts(time)}
         return tuple(asv not in failed for asv in range(self.count))
 
-    count: Whole = key(3, "1", "number of ASVs; 0: AUVs are on their own", PAPER, ge=0, le=10_000)
+    count: Whole = key(3, "1", "number of ASVs; 0 = AUVs alone", PAPER, ge=0, le=10_000)
     vehicle: AsvVehicle = key(
         "moored", "", "vessel model, or {model: ..., coefficient: value, ...}"
     )
