@@ -1,5 +1,7 @@
-"""Campaigns: one scenario varied over many points and seeds, run so that nothing is lost.
+"""Campaigns: one scenario varied over many points and seeds, safe against crashes and power cuts.
 
-An experiment file becomes a plan (which missions), workers run batches of it and write their rows
-themselves, and a mission counts as done when its row is there.
+An experiment file (experiments/) becomes a plan, the numbered list of missions.  Workers (workers/)
+simulate batches of missions and write their rows themselves (storage/); a mission is done when its
+row is on the disk.  statistics/ computes means over seeds with 95 % intervals (Student's t), and
+compares campaigns by paired differences on common seeds.
 """

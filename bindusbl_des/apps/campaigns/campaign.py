@@ -1,4 +1,4 @@
-"""A campaign as it lies on the disk: how far it is and what it found."""
+"""A campaign's folder as an object: its progress, tables, and reports."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -41,22 +41,22 @@ from .storage.parts import MISSIONS, OK, TABLES, Done, committed, listed
 if TYPE_CHECKING:
     import pandas as pd
 
-# The modules of the package, and the functions there, that make of a campaign
+# Functions that draw a campaign, by module of the package
 PAGE = "apps.campaigns.page:sweep_page"  # a page (HTML)
 FIGURE = "apps.campaigns.drawing:drawn"  # a figure (matplotlib), given its kind and width (in)
 
-# Columns of a table that say of which mission a row is, before its point and varied keys: number,
-# fingerprint, seed
+# The number of columns that identify a mission (number, fingerprint, seed), before point and keys
 LABELS = 3
 
-# What a record that was edited may raise.
+# Exceptions that an edited record may cause.
 WRONG = (AttributeError, LookupError, TypeError, ValueError, ArithmeticError, RecursionError)
 
 
 @dataclass(frozen=True)
 class CampaignState:
-    """How far a campaign is: of all its `missions`, how many are `done` and how many `failed`; its
-    `status` (complete, running, interrupted, killed); missions per second, None where not known.
+    """The progress of a campaign: its number of `missions`, those `done`, and those `failed`.
+
+    `status` is complete, running, interrupted or killed; `missions_per_s` is None if unknown.
     """
 
     missions: int
@@ -67,19 +67,19 @@ class CampaignState:
 
     @property
     def missing(self) -> int:
-        """Missions that have no row yet."""
+        """The number of missions without a row."""
         return self.missions - self.done - self.failed
 
     @property
     def seconds_left(self) -> float | None:
-        """Time until the end at the rate so far, None where none is known."""
+        """The time (s) until the end at the present rate, or None."""
         return self.missing / self.missions_per_s if self.missions_per_s else None
 
 
 class CampaignInterrupted(KeyboardInterrupt):
-    """Ctrl-C, or a request to end, left missions of a campaign unflown; `campaign` has the others.
+    """Ctrl-C, or a request to end, stopped a campaign; `campaign` holds the finished missions.
 
-    Its `folder` is continued by `resume`, or by the same `sweep` again.
+    `resume` on its `folder`, or the same `sweep` again, continues it.
     """
 
     def __init__(self, campaign: "Campaign", how_to_go_on: str) -> None:
@@ -89,18 +89,15 @@ class CampaignInterrupted(KeyboardInterrupt):
 
 
 class Campaign:
-    """A campaign's folder and what it holds.
-
-    `folder` is its path, `record` is what `campaign.json` holds.
-    """
+    """A campaign's `folder`, and its `record` (`campaign.json`)."""
 
     def __init__(self, folder: Path, plan: ExperimentPlan | None, record: dict[str, Any]) -> None:
-        """Take a campaign of a plan; None: that of its record, made when it is first needed."""
+        """Use a plan, or (None) read that of the record when it is needed."""
         self.folder, self._plan, self.record = folder, plan, record
 
     @cached_property
     def experiment(self) -> Experiment:
-        """The base scenario, the points at which it is varied, and the seeds."""
+        """The base scenario, the points that vary it, and the seeds."""
         if self._plan is not None:
             return self._plan.experiment
         with _read_of(self.folder):
@@ -109,10 +106,10 @@ class Campaign:
 
     @cached_property
     def plan(self) -> ExperimentPlan:
-        """All missions: each point with its whole scenario, made when first asked for.
+        """All missions, and each point with its whole scenario.
 
         Raises:
-            CampaignError: when the scenario of a point is none.
+            CampaignError: when a point's scenario is invalid.
         """
         if self._plan is not None:
             return self._plan
@@ -136,7 +133,7 @@ class Campaign:
         return f"<p>{escape(repr(self))}</p><pre>{escape(self.summary())}</pre>"
 
     def summary(self) -> str:
-        """Return what `sweep` prints: a row per point, and what the points show."""
+        """Return the text that `sweep` prints: a row for each point, and the findings."""
         return points_table(self.folder, self.plan, findings(self.folder, self.plan))
 
     def report(self, path: str | Path | None = None) -> str:
@@ -198,9 +195,9 @@ class Campaign:
 
     @cached_property
     def points(self) -> "pd.DataFrame":
-        """A row per metric and point: its number, varied keys, metric and unit, mean, `low` and
-        `high` of its 95 % interval (Student's t), and the number `n` of missions that have a value,
-        of so many `missions` that went well.
+        """A row for each metric and point: point number, varied keys, metric, unit, mean, the ends
+        `low` and `high` of its 95 % interval (Student's t), the number `n` of missions with a
+        value, and the number of successful `missions`.
         """
         found: pd.DataFrame = points_rows(self.folder, self.plan).to_pandas()
         return found
@@ -208,10 +205,10 @@ class Campaign:
     def to_latex(
         self, path: str | Path | None = None, *, metrics: Sequence[str] = JUDGED[:3]
     ) -> str:
-        """Return a LaTeX table, a row per point: varied keys, number of missions, and mean +- half
-        the 95 % interval of some metrics; also write it to `path`, if given.
+        """Return a LaTeX table with a row for each point; also write it to `path`, if given.
 
-        It needs no package of LaTeX's.
+        Columns are the varied keys, the number of missions, and mean +- half the 95 % interval of
+        each metric.  It needs no LaTeX package.
 
         Raises:
             ValueError: when there is no such metric.
@@ -223,11 +220,12 @@ class Campaign:
         return text
 
     def table(self, name: str) -> "pd.DataFrame":
-        """Return a table of all missions: `missions`, `auvs`, or with `detail: full` of events,
-        such as `fixes`; each row with its mission, seed, point and varied keys.
+        """Return a table of all missions: `missions`, `auvs`, or with `detail: full` one of events.
+
+        Each row has its mission, seed, point and varied keys.
 
         Raises:
-            ValueError: when there is no such table, or the campaign has kept none.
+            ValueError: when there is no such table, or the campaign does not keep it.
         """
         if name in (MISSIONS, "auvs"):
             return self.missions if name == MISSIONS else self.auvs
@@ -250,11 +248,12 @@ class Campaign:
         return frame
 
     def result(self, point: int, seed: int) -> Result:
-        """Return a mission by its point's number and its seed, as the folder has it: its metrics,
-        and with `detail: full` its tables of events.
+        """Return one mission's result from its point's number and its seed.
+
+        It has the metrics, and with `detail: full` the tables of events.
 
         Raises:
-            ValueError: when there is no such mission, or it has not been flown, or failed.
+            ValueError: when there is no such mission, or it is not done, or failed.
             CampaignError: when a part is damaged.
         """
         seeds, points = self.experiment.seeds, len(self.experiment.points)
@@ -286,14 +285,14 @@ class Campaign:
         """Return the missions that have a row.
 
         Raises:
-            CampaignError: when a part is damaged, or another campaign's.
+            CampaignError: when a part is damaged, or belongs to another campaign.
         """
         return done(self.folder, self.record["plan_sha256"])
 
     def wanted(self) -> NDArray[np.int64]:
         """Return the numbers of this folder's missions: all, or those of its shard.
 
-        Where `until_ci` says how sure to be, they are those that are needed as far as is known.
+        With `until_ci` they are those that the targets need by the present results.
         """
         numbers = self.experiment.shard(*(self.record["shard"] or (1, 1)))
         targets = self.experiment.until_ci
@@ -309,7 +308,7 @@ class Campaign:
         return np.setdiff1d(self.wanted(), self.done().numbers, assume_unique=True)
 
     def state(self) -> CampaignState:
-        """Return how far the campaign is."""
+        """Return the progress of the campaign."""
         rows, wanted = self.done(), self.wanted()
         failed = int(rows.failed.sum())
         status = "running" if is_locked(self.folder) else self.record["status"]
@@ -318,9 +317,9 @@ class Campaign:
         return CampaignState(len(wanted), len(rows) - failed, failed, status, self._rate(len(rows)))
 
     def _rate(self, ran: int) -> float | None:
-        """Return missions/s since the first one of this session began, None where none is known.
+        """Return missions per second in this session, or None.
 
-        What went before it, workers that start and load compiled code, does not come again.
+        Time counts from the first mission's begin, without the start of workers.
         """
         session = self.record["session"]
         if self.record["status"] != "running":
@@ -332,10 +331,10 @@ class Campaign:
             return None
         first = min(ends, key=ends.__getitem__)
         rows = read_part(self.folder, MISSIONS, first, ("wall_time_s",))
-        assert rows is not None  # as the part counts
+        assert rows is not None  # since the part is committed
         took = sum(seconds or 0.0 for seconds in rows["wall_time_s"].to_pylist())
         spent = max(ends.values()) - max(ends[first] - took, session["began_at"])
-        since = ran - session["rows_before"]  # none where rows went meanwhile
+        since = ran - session["rows_before"]  # not above 0 if rows were lost meanwhile
         return since / spent if since > 0 and spent > 0 else None
 
 
@@ -343,10 +342,10 @@ def load_campaign(folder: str | Path) -> Campaign:
     """Read a campaign's folder, finished or not.
 
     Raises:
-        CampaignError: when it is none, damaged, or has lost rows since it was complete.
+        CampaignError: when it is no campaign, is damaged, or lost rows after it was complete.
     """
     campaign = unfinished_campaign(folder)
-    campaign.done()  # a damaged part is told whatever is asked for
+    campaign.done()  # raises for a damaged part
     lost = len(campaign.missing()) if campaign.record["status"] == "complete" else 0
     if lost:
         raise CampaignError(
@@ -358,23 +357,23 @@ def load_campaign(folder: str | Path) -> Campaign:
 
 
 def unfinished_campaign(folder: str | Path) -> Campaign:
-    """Read a campaign's folder, whatever rows it has.
+    """Read a campaign's folder, whichever rows it has.
 
     Raises:
-        CampaignError: when it is none or damaged.
+        CampaignError: when it is no campaign, or is damaged.
     """
     folder = Path(folder)
     record = read_record(folder)
     campaign = Campaign(folder, None, record)
     plan = record["experiment"], record["own_parts"], record["model_version"]
-    if fingerprint(*plan) != record["plan_sha256"]:  # edited, so that its points may be none
+    if fingerprint(*plan) != record["plan_sha256"]:  # edited, so that points may be invalid
         _ = campaign.plan
     return campaign
 
 
 @contextmanager
 def _read_of(folder: Path) -> Iterator[None]:
-    """Say of a record of which no plan can be made that it is damaged."""
+    """Raise CampaignError for a record that gives no plan."""
     try:
         yield
     except WRONG as error:

@@ -45,18 +45,18 @@ MOST_KEYS_NAMED = 4
 
 @dataclass(frozen=True)
 class Comparison:
-    """Differences of every pair and metric, what is called A, B, ..., and what must be said too."""
+    """Differences for every pair and metric, the names of the letters A, B, ..., and notes."""
 
     differences: tuple[Difference, ...]
     labels: Mapping[str, str]
     notes: tuple[str, ...]
 
     def records(self) -> list[dict[str, Any]]:
-        """Return a row per pair and metric as plain data; what is not known is None."""
+        """Return a row for each pair and metric as plain data; None is unknown."""
         return [_record(row) for row in self.differences]
 
     def frame(self) -> "pd.DataFrame":
-        """Return a row per pair and metric; its `attrs` have the notes."""
+        """Return a row for each pair and metric; its `attrs` hold the notes."""
         import pandas as pd
 
         frame = pd.DataFrame(self.records())
@@ -73,14 +73,14 @@ def compare(
 ) -> "pd.DataFrame":
     """Compare campaigns with the first one, or the points of one campaign along the key `by`.
 
-    Each is a campaign or its folder.  A row per pair of points and metric: means of both over the
-    seeds that both have, the mean difference, its 95 % interval (Student's t over paired
-    differences), and what that shows.  In words the baseline is A, and what is compared with it has
-    the letter of `label`.  Each mission counts by its worst AUV unless other metrics are asked for.
-    `attrs["notes"]` is a list of what must be said besides, such as points that have no pair.
+    Each argument is a campaign or its folder.  A row for each pair of points and metric has both
+    means over common seeds, the mean difference with its 95 % interval (Student's t over paired
+    differences), and a verdict.  Sentences call the baseline A and the others by their `label`.
+    Each mission counts by its worst AUV by default.  `attrs["notes"]` lists caveats, such as points
+    without a pair.
 
     Raises:
-        CampaignError: when a folder is no campaign's, or nothing in them can be compared.
+        CampaignError: when a folder holds no campaign, or nothing can be compared.
         ValueError: when there is no such metric.
     """
     folders = [
@@ -97,9 +97,7 @@ def compared(
     baseline: str | None = None,
     chosen: Mapping[Path, Chosen] = MappingProxyType({}),
 ) -> Comparison:
-    """Return what `compare` tabulates, with notes on what was left out; of folders in `chosen` one
-    point is compared.
-    """
+    """Return the comparison for :func:`compare`; folders in `chosen` contribute one point each."""
     check_metrics(metrics)
     if len({Path(folder).resolve() for folder in folders}) < len(folders):
         raise CampaignError(f"{folders[-1]}: the same campaign is named twice")
@@ -117,7 +115,7 @@ def compared(
             for number, other in enumerate(campaigns[1:], 1)
         ]
     pairs = [pair for _, them in matched for pair in them]
-    alike = [] if chosen else matched  # else all points but one are left out
+    alike = [] if chosen else matched  # chosen points leave out all others on purpose
     found = {
         campaign.folder: outcomes(campaign.folder, metrics, len(campaign.plan.points))
         for campaign in campaigns
@@ -140,19 +138,19 @@ def compared(
 
 
 def _unserved_said(differences: Sequence[Difference]) -> bool:
-    """Tell whether tables of single pairs name the AUVs that lack something."""
+    """Tell whether the tables of single pairs name AUVs without a value."""
     tables = by_label(differences).values()
     return any(row.lacks for rows in tables for row in rows) and all(map(is_alone, tables))
 
 
 def _unserved(folder: Path, found: MissionOutcomes) -> Fleets:
-    """Return the AUVs of a campaign where some have no value, with what they lack."""
+    """Return the AUVs of a campaign that lack a value, with these metrics."""
     lacked = [name for name, without in found.unserved.items() if (without & found.ok).any()]
     return fleets(folder, list(dict.fromkeys(map(of_an_auv, lacked))))
 
 
 def _waits(metrics: Sequence[str]) -> Iterator[str]:
-    """Yield what the paper's intervals leave out, where they are compared."""
+    """Yield which waits the paper's interval metrics leave out."""
     named = [name for name in metrics if of_an_auv(name).startswith("interval_")]
     if named:
         ages = named[0].replace("interval_", "fix_age_")
@@ -165,7 +163,7 @@ def _waits(metrics: Sequence[str]) -> Iterator[str]:
 def _harms(
     campaigns: Sequence[Campaign], pairs: Sequence[Pair], is_starved_said: bool
 ) -> Iterator[str]:
-    """Yield at which of the points fixes make AUVs worse, and at which AUVs get none."""
+    """Yield points at which fixes make AUVs worse, and points at which AUVs get none."""
     for number, campaign in enumerate(campaigns):
         points, plan = _points(campaign, pairs), campaign.plan
         found = fleets(campaign.folder, NEEDED)
@@ -177,7 +175,7 @@ def _harms(
 
 
 def _contents(campaigns: Sequence[Campaign], pairs: Sequence[Pair]) -> Iterator[str]:
-    """Yield what the intervals contain, once where that is the same of all campaigns."""
+    """Yield what the intervals contain, once if it is the same for all campaigns."""
     said = [in_intervals(campaign.plan, _points(campaign, pairs)) for campaign in campaigns]
     if len(set(said)) == 1:
         yield said[0]
@@ -206,7 +204,7 @@ def _campaign(folder: Path) -> Campaign:
 
 
 def _versions(campaigns: Sequence[Campaign]) -> Iterator[str]:
-    """Yield which campaigns were run with another model than the first."""
+    """Yield campaigns of another model version than the first."""
     first = campaigns[0]
     for other in campaigns[1:]:
         one, two = first.record["model_version"], other.record["model_version"]
@@ -215,7 +213,7 @@ def _versions(campaigns: Sequence[Campaign]) -> Iterator[str]:
 
 
 def _labels(pairs: Sequence[Pair]) -> Iterator[tuple[str, str]]:
-    """Yield each letter with what it stands for, and in what that differs from the baseline."""
+    """Yield each letter with its name, and its differences from the baseline."""
     for pair in pairs[:1]:
         side = pair.baseline
         yield side.label, f"{pair.key}={side.name}" if pair.key else side.name
@@ -226,7 +224,7 @@ def _labels(pairs: Sequence[Pair]) -> Iterator[tuple[str, str]]:
 
 
 def _differing(pair: Pair) -> str:
-    """Return in what the scenarios of two campaigns differ besides the keys that both vary."""
+    """Return the differences between two scenarios, apart from keys that both campaigns vary."""
     flat = []
     for side in (pair.baseline, pair.other):
         experiment = side.campaign.plan.experiment

@@ -1,4 +1,4 @@
-"""The figures that a campaign offers: means of one metric over one or two of its varied keys."""
+"""Figures of a campaign: means of one metric over one or two varied keys."""
 
 from collections import defaultdict
 from pathlib import Path
@@ -24,9 +24,9 @@ Cells = dict[tuple[int, int], tuple[float, float, int]]
 def means_of(
     campaign: "Campaign", metric: str, x: str | None = None, series: str | None = None
 ) -> Means:
-    """Return the means of a metric over `x` (default: the first key with numbers) and `series`.
+    """Return the means of a metric over `x` (default: the first numeric key) and `series`.
 
-    Missions that differ in other keys fall into one cell; the title says so.
+    Missions that differ in other keys share a cell; the title says so.
 
     Raises:
         ValueError: when there is no such metric or key, or nothing varies or was run.
@@ -53,7 +53,7 @@ def means_of(
 
 
 def _varying(campaign: "Campaign") -> list[str]:
-    """Return the keys with more than one value, those of numbers first."""
+    """Return the keys with several values, numeric ones first."""
     levels = [_levels(campaign, key) for key in campaign.plan.columns]
     several = [level for level in levels if len(level.values) > 1]
     return [level.key for level in sorted(several, key=lambda level: not level.is_numeric)]
@@ -72,7 +72,7 @@ def _levels(campaign: "Campaign", key: str) -> Levels:
 def _cells(
     campaign: "Campaign", metric: str, x: Levels, series: Levels | None
 ) -> tuple[Cells, dict[tuple[int, int], tuple[int, int]]]:
-    """Return the means, and where an AUV has no value, in how many of how many missions all do."""
+    """Return the means, and where AUVs lack a value, how many missions have all values."""
     points = campaign.plan.points
     rows = outcomes(campaign.folder, [metric], len(points))
     whole, well = rows.means(metric).whole, rows.well
@@ -107,9 +107,9 @@ def drawn(
     path: str | Path | None = None,
     **what: str | None,
 ) -> Any:
-    """Return a figure of a campaign by its kind, `width` inches wide; also write it to a path.
+    """Return a figure of a campaign, `width` inches wide; also write it to `path`, if given.
 
-    `what` is shown: its `metric`, and the keys `x` and `series`, as for `means_of`.
+    `what` holds its `metric`, and the keys `x` and `series`, as for `means_of`.
 
     Raises:
         ValueError: when there is no such kind, format, metric or key, or nothing to draw.

@@ -1,1 +1,1 @@
-"""What a campaign is to run: an experiment, read from a file or from options, and its plan."""
+"""An experiment, read from a file or from options, and its plan of missions."""

@@ -1,6 +1,8 @@
-"""An experiment: one scenario, the points at which it is varied, the seeds at each point, and how
-sure it must be of a metric before it runs no further seeds there; and its plan: which missions
-there are, with a name for each that never changes.
+"""An experiment and its plan.
+
+An experiment is one scenario, the points that vary it, the seeds at each point, and targets for the
+intervals, which may stop a point early.  Its plan numbers all missions, each with a fingerprint
+that never changes.
 """
 
 import hashlib
@@ -34,14 +36,14 @@ from .experiment_points import is_section
 Detail = Literal["summary", "full"]
 Point = Mapping[str, Any]
 
-# To be raised whenever a mission would give other numbers than before for the same scenario file:
-# a campaign is known by the keys given, so that another default counts as another model.
+# Raise it whenever a scenario file gives other numbers: a campaign is identified by the given keys,
+# so that another default counts as another model.
 MODEL_VERSION = 12
 
-# Fewer seeds tell too little of their own spread to stop on.
+# With fewer seeds the estimated spread is too uncertain to stop.
 FEWEST_SEEDS = 8
 
-# Where it is not given how many seeds a point may take.
+# The default of the most seeds of a point.
 MOST_SEEDS = 256
 
 
@@ -53,7 +55,7 @@ class Target:
     written: float | str
 
     def half_width(self, mean: float) -> float:
-        """Return the half width that is narrow enough where the mean is this.
+        """Return the target's half width for this mean.
 
         >>> Target("position_error_m", "5%").half_width(-2.0)
         0.1
@@ -64,7 +66,7 @@ class Target:
 
 
 def checkpoints(most: int) -> Iterator[int]:
-    """Yield the numbers of seeds at which a point may stop; they depend on nothing else.
+    """Yield the numbers of seeds at which a point may stop.
 
     >>> list(checkpoints(40))
     [8, 12, 16, 24, 32, 40]
@@ -77,7 +79,7 @@ def checkpoints(most: int) -> Iterator[int]:
 
 
 def targets_in(document: Document) -> tuple[Target, ...]:
-    """Return the targets under `until_ci`; mistakes go to the document."""
+    """Return the targets under `until_ci`; report mistakes to the document."""
     if "until_ci" not in document.data:
         return ()
     section = document.data["until_ci"]
@@ -106,14 +108,13 @@ def _target(document: Document, metric: str, value: Any) -> Target:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What a campaign runs: every point with every seed.
+    """The missions of a campaign: every point with every seed.
 
-    `given` holds the keys of the base scenario that its author gave, so that a point may choose
-    another kind of route without inheriting the defaults of the first; a point maps dotted keys to
-    values.  Where `until_ci` says how sure to be, a point takes as many of the seeds as that needs.
-    `warnings` are those of the base scenario, but for what the points vary,
-    and about varied keys that do nothing at any point; `unloaded` the plug-ins that were not to be
-    loaded.
+    `given` holds the keys that the base scenario's author gave, so that a point may choose another
+    kind of route without the defaults of the first; a point maps dotted keys to values.  With
+    `until_ci` a point uses as many of the seeds as its targets need.  `warnings` are those of the
+    base scenario, except for varied keys, and of varied keys without effect; `unloaded` are
+    plug-ins not to be loaded.
     """
 
     name: str
@@ -126,7 +127,7 @@ class Experiment:
     unloaded: tuple[Mistake, ...] = field(default=(), compare=False)
 
     def base(self) -> Scenario:
-        """Return the scenario before it is varied."""
+        """Return the scenario without variation."""
         return laid_over(self.given, {})
 
     def scenario(self, point: int) -> Scenario:
@@ -138,9 +139,9 @@ class Experiment:
         return tuple(dict.fromkeys(key for point in self.points for key in point))
 
     def shard(self, part: int, of: int) -> NDArray[np.int64]:
-        """Return the numbers of the missions of one shard, `part` counted from 1.
+        """Return the mission numbers of one shard, `part` counted from 1.
 
-        Where all seeds of a point decide together when it stops, a shard has whole points.
+        If seeds decide when a point stops, a shard has whole points.
         """
         numbers = np.arange(len(self.points) * len(self.seeds))
         unit = numbers // len(self.seeds) if self.until_ci else numbers
@@ -148,7 +149,7 @@ class Experiment:
         return chosen
 
     def record(self) -> dict[str, Any]:
-        """Return the experiment as plain data, for `campaign.json`; files as in its folder."""
+        """Return the experiment as plain data for `campaign.json`, with its folder's file names."""
         return {
             "name": self.name,
             "scenario_as_given": portable(self.given),
@@ -162,12 +163,12 @@ class Experiment:
     def from_record(
         cls, record: Mapping[str, Any], base: Mapping[str, Any], folder: Path
     ) -> "Experiment":
-        """Return the experiment that `record` described; its files lie in a folder.
+        """Return the experiment of a `record`; its files lie in a folder.
 
-        `base` is its whole base scenario: a default that has changed since is as it was then.
+        `base` is its whole base scenario, which keeps defaults that have changed since.
 
         Raises:
-            ValueError: when a file has a name that `record` does not give.
+            ValueError: when a file name is not in the `record`.
         """
 
         def within(name: str, _: str) -> str:
@@ -190,10 +191,10 @@ class Experiment:
 
 
 def laid_over(given: Mapping[str, Any], point: Point) -> Scenario:
-    """Return the scenario that a point makes of the keys given.
+    """Return the scenario of the given keys with a point's values.
 
     Raises:
-        ValueError: when it is no valid scenario.
+        ValueError: when it is invalid.
     """
     data = deepcopy(dict(given))
     for key, value in sorted(point.items(), key=turn):
@@ -241,7 +242,7 @@ def _with_former(
 
 
 def as_written(value: Any) -> str:
-    """Return a value as one writes it after ``--set key=``; a part given as object, by its name.
+    """Return a value as after ``--set key=``; a part given as object, by its name.
 
     >>> as_written(0.5), as_written([1, "a"]), as_written(None)
     ('0.5', '[1, "a"]', 'null')
@@ -253,7 +254,7 @@ def as_written(value: Any) -> str:
 
 @dataclass(frozen=True, slots=True)
 class PlannedMission:
-    """One mission of the plan: its number there, its point and its seed."""
+    """A mission of the plan: its number, point and seed."""
 
     number: int
     point: int
@@ -262,9 +263,9 @@ class PlannedMission:
 
 @dataclass(frozen=True)
 class PlannedPoint:
-    """One point: its scenario as JSON text, all varied keys as they are in it, those it sets.
+    """A point: its scenario as JSON text, the values of all varied keys, and those that it sets.
 
-    Files are named as in the campaign's folder.
+    Files have the names of their copies in the campaign's folder.
     """
 
     scenario: str
@@ -278,13 +279,13 @@ class ExperimentPlan:
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
         self.model_version = model_version()
-        #: The files that all points name, each under the name of its copy in the folder.
+        #: The files of all points, from the name of each copy in the folder.
         self.files: dict[str, str] = {}
         #: The fingerprints of the files of user-defined parts, by ``module:object``.
         self.own_parts: dict[str, str] = {}
         varied = experiment.varied()
         self.points: list[PlannedPoint] = []
-        #: What is to be loaded, with all of its settings, by its key and how it is written.
+        #: The plug-ins to load, with their settings.
         self.plugins: dict[str, tuple[Family[Any], PartChoice]] = {}
         for number, point in enumerate(experiment.points):
             mission = experiment.scenario(number)
@@ -310,27 +311,25 @@ class ExperimentPlan:
         return PlannedMission(number, point, self.experiment.seeds[replicate])
 
     def mission_id(self, mission: PlannedMission) -> str:
-        """Return the fingerprint of what decides a mission: scenario, seed and model."""
+        """Return the fingerprint of a mission's scenario, seed and model."""
         return mission_id(self.points[mission.point].scenario, mission.seed, self.model_version)
 
     def fingerprint(self) -> str:
-        """Return the sha256 of the whole plan; equal plans run the same missions."""
+        """Return the sha256 of the plan; equal plans run the same missions."""
         return fingerprint(self.experiment.record(), self.own_parts, self.model_version)
 
 
 def fingerprint(
     experiment: Mapping[str, Any], own_parts: Mapping[str, str], model_version: str
 ) -> str:
-    """Return the sha256 of a plan of what its campaign's record holds."""
+    """Return the sha256 of a plan from the values in a campaign's record."""
     text = json.dumps([experiment, own_parts], sort_keys=True) + model_version
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 @cache
 def model_version() -> str:
-    """Return what the numbers of a mission depend on besides scenario and seed: version, model, and
-    the beginning of the fingerprint of their code.
-    """
+    """Return the version, the model number, and the begin of the code's fingerprint."""
     return f"{version('bindusbl-des')}/{MODEL_VERSION}+{package_sha256()[:12]}"
 
 
@@ -344,7 +343,7 @@ def _canonical(data: Any) -> str:
 
 
 def _value(scenario: Mapping[str, Any], key: str) -> Any:
-    """Return the value of a dotted key in the whole scenario, null where it has none."""
+    """Return the value of a dotted key in the whole scenario, or None."""
     value: Any = scenario
     for part in key.split("."):
         if isinstance(value, list):
@@ -355,7 +354,7 @@ def _value(scenario: Mapping[str, Any], key: str) -> Any:
 
 
 def _kind(values: list[Any]) -> str:
-    """Return the type of a column that can hold all of the values."""
+    """Return the type of a column for these values."""
     kinds = {type(value) for value in values if value is not None}
     if kinds <= {bool}:
         return "bool"

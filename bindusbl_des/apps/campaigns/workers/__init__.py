@@ -1,1 +1,1 @@
-"""Who runs the missions: batches, the pools that run them, and the supervisor of a pool."""
+"""Workers: batches of missions, pools that run them, and the supervisor of a pool."""

@@ -1,5 +1,7 @@
-"""Batches of missions, as workers fly them: with compiled code made ready before, and a note on the
-disk of which mission a worker is at, for the supervisor that finds it dead.
+"""Batches of missions, as workers run them.
+
+A worker loads compiled code first, and writes on the disk which mission it runs (its heartbeat), so
+that the supervisor knows the mission at which a worker died.
 """
 
 import errno
@@ -41,7 +43,7 @@ from ..storage.folder import STOP, write_json
 from ..storage.part_rows import labelled, read_part, varied_columns
 from ..storage.parts import FAILED, MISSIONS, OK, commit, part_path
 
-# Long enough for a ping to be heard and its fix to be computed.
+# The duration (s) of a warming mission: enough to receive a ping and compute its fix.
 WARMING_S = 3.0
 
 # The kinds of missions for which this process has its compiled code.
@@ -49,10 +51,7 @@ _ready: set[str] = set()
 
 
 def compile_kernels(plan: ExperimentPlan, folder: Path) -> None:
-    """Make sure that workers find compiled code on the disk for all missions of a plan.
-
-    Where `doctor --warm` has left it they do; what it has not compiled the first worker compiles.
-    """
+    """Compile the code for all missions of a plan on the disk, unless it is there."""
     folder_of_code = None if is_uncompiled() else kept_in()
     if folder_of_code is not None and warm_marker(folder_of_code).exists():
         return
@@ -62,7 +61,7 @@ def compile_kernels(plan: ExperimentPlan, folder: Path) -> None:
 
 @lru_cache(maxsize=16)  # the seeds of a point follow one another
 def warm(scenario: str, folder: Path) -> None:
-    """Run the beginning of a mission, unless one of its kind was run in this process.
+    """Run the beginning of a mission, unless this process ran one of its kind.
 
     Its files lie in a folder.
     """
@@ -75,12 +74,12 @@ def warm(scenario: str, folder: Path) -> None:
     length = data["duration_s"]
     data["duration_s"] = WARMING_S if length == SURVEY else min(length, WARMING_S)
     data["protocol"]["schedule"] = "one_per_slot"
-    with suppress(Exception):  # what is wrong with a mission is told by the mission
+    with suppress(Exception):  # the mission itself reports what is wrong
         simulate(Scenario.model_validate(data), 0)
 
 
 def _kind(data: Any) -> Any:
-    """Return what missions have in common that need the same code: all but how large numbers are.
+    """Return the features of a mission that decide which code it needs: all but sizes of numbers.
 
     >>> _kind({"gain": 0.9, "sd": 0, "failures": [], "models": ["otter", 2.0]})
     {'gain': True, 'sd': False, 'failures': [], 'models': ['otter', True]}
@@ -92,13 +91,13 @@ def _kind(data: Any) -> Any:
     return data if data is None or isinstance(data, str) else bool(data)
 
 
-# The number of the mission is written over the last one, so it is as long; on the left while the
-# worker loads what the mission needs, on the right while its time runs.
+# Each mission's number overwrites the last one, so all have this width; aligned left while the
+# worker loads code, and right while the mission's time runs.
 WIDTH, LOADING, AT_MISSION = 20, "<", ">"
 
 
 class Heartbeat:
-    """The heartbeat of one batch, which is gone when the batch has ended in order."""
+    """The heartbeat file of one batch; it is removed when the batch has ended in order."""
 
     def __init__(self, folder: Path, part: str) -> None:
         """Begin a heartbeat.
@@ -118,10 +117,10 @@ class Heartbeat:
 
     @contextmanager
     def at(self, mission: int, seconds: float | None) -> Iterator[None]:
-        """Say that the worker is at a mission; end the process when that takes longer.
+        """Record that the worker runs a mission; end the process after `seconds`.
 
-        Where it hung is written behind the number, by a thread that needs nothing of Python's.
-        There is one limit for a process: with a limit, missions must not run in several threads.
+        A thread outside Python then writes the stack after the number.  A process has one such
+        limit, so missions must not run in several threads.
         """
         side = LOADING if seconds is None else AT_MISSION
         os.lseek(self._file, 0, os.SEEK_SET)
@@ -137,7 +136,7 @@ class Heartbeat:
 
 
 def heartbeat_of(folder: Path, part: str) -> tuple[str, bool]:
-    """Return what a worker has said last ("": nothing), and whether a mission's time runs."""
+    """Return a worker's last heartbeat (or ""), and whether a mission's time runs."""
     try:
         text = _path(folder, part).read_text(encoding="utf-8", errors="replace")[:WIDTH]
     except OSError:  # not yet, or no longer
@@ -146,9 +145,9 @@ def heartbeat_of(folder: Path, part: str) -> tuple[str, bool]:
 
 
 def take_heartbeat(folder: Path, part: str) -> tuple[int | None, str]:
-    """Return the mission at which a worker died, and where it hung if it took too long.
+    """Return the mission at which a worker died, and its stack if it took too long.
 
-    None when the worker had not begun, or its machine took the heartbeat with it.
+    None if the worker had not begun, or if its machine lost the heartbeat.
     """
     path = _path(folder, part)
     try:
@@ -166,9 +165,9 @@ def _path(folder: Path, part: str) -> Path:
 
 @dataclass(frozen=True)
 class Batch:
-    """Missions for one worker, and all it must know to run them and write their rows.
+    """Missions for one worker, with all that it needs to run them and to write their rows.
 
-    `plugins` are the names that the worker may load, as its user allowed.
+    `plugins` are the plug-ins that the user allows.
     """
 
     folder: str
@@ -191,21 +190,21 @@ class Batch:
 
 @dataclass(frozen=True)
 class Row:
-    """What comes back of one mission: its number, whether it failed, its wall time."""
+    """The report on a mission: its number, whether it failed, and its wall time."""
 
     number: int
     status: str
     wall_time_s: float
 
 
-# So many missions have tables of their own: one of a single row takes a kilobyte for each column.
+# The most missions with separate tables: one of a single row takes a kilobyte for each column.
 MOST_APART = 32
 CELL_BYTES = 8
 
 
 @dataclass
 class Ran:
-    """One mission as it was run: its tables, or why there are none."""
+    """A finished mission: its tables, or the reason why there are none."""
 
     mission: PlannedMission
     wall_time_s: float
@@ -214,17 +213,17 @@ class Ran:
 
 
 class Gathered:
-    """The rows of missions of a batch, gathered into the tables of a part as they end."""
+    """The rows of a batch's missions, gathered into the tables of a part."""
 
     def __init__(self, batch: Batch) -> None:
         self._batch = batch
         self._apart: list[Ran] = []
         self._joined: dict[str, list[pa.Table]] = {}
-        #: About how much memory (bytes) the rows take: to ask Arrow takes longer than to run some.
+        #: The approximate size (bytes) of the rows, since Arrow's own count is slow.
         self.nbytes = 0
 
     def add(self, ran: Ran) -> None:
-        """Take the rows of one more mission."""
+        """Add the rows of one mission."""
         self._apart.append(ran)
         self.nbytes += sum(
             CELL_BYTES * table.num_rows * table.num_columns for table in ran.tables.values()
@@ -233,7 +232,7 @@ class Gathered:
             self._join()
 
     def tables(self) -> dict[str, pa.Table]:
-        """Return the tables of all missions so far, each row with what says which one it is of."""
+        """Return the tables of all missions, each row with its mission."""
         self._join()
         return {name: pa.concat_tables(tables) for name, tables in self._joined.items()}
 
@@ -268,7 +267,7 @@ class Gathered:
         )
 
     def _labels(self, ran: Sequence[Ran], *, with_point: bool) -> dict[str, pa.Array]:
-        """Return the columns that say which mission it was, a value for each mission."""
+        """Return the columns that identify missions, with a value for each mission."""
         batch = self._batch
         points = [batch.points[run.mission.point] for run in ran]
         ids = [
@@ -286,7 +285,7 @@ class Gathered:
         return labels
 
 
-# With `detail: full`, a part is written before its tables need more memory than this.
+# With `detail: full`, a part is written before its tables exceed this size (bytes).
 LARGEST_PART_BYTES = 64_000_000
 
 
@@ -296,7 +295,7 @@ class NotWritten(OSError):
 
 @contextmanager
 def as_not_written() -> Iterator[None]:
-    """Raise NotWritten for whatever cannot be written meanwhile."""
+    """Raise NotWritten for any error of writing in the block."""
     try:
         yield
     except OSError as error:
@@ -304,7 +303,7 @@ def as_not_written() -> Iterator[None]:
 
 
 def run_batch(batch: Batch) -> list[Row]:
-    """Run missions until the budget is spent or the campaign stops, at least one; write them.
+    """Run at least one mission, until the time budget ends or the campaign stops; write the rows.
 
     Raises:
         NotWritten: when the rows cannot be written, as on a full disk.
@@ -333,7 +332,7 @@ def run_batch(batch: Batch) -> list[Row]:
 
 
 def rows_of(folder: Path, part: str) -> list[Row]:
-    """Return what would have come back of a part that is on the disk."""
+    """Return the reports on a part's missions from the disk."""
     rows = read_part(folder, MISSIONS, part, ("mission", "status", "wall_time_s"))
     assert rows is not None
     return [Row(*row.values()) for row in rows.to_pylist()]
@@ -341,7 +340,7 @@ def rows_of(folder: Path, part: str) -> list[Row]:
 
 @lru_cache(maxsize=16)
 def _scenario(text: str, folder: Path) -> tuple[Scenario, list[str]]:
-    """Return a scenario with its files in a folder, and their names there."""
+    """Return a scenario with its files in a folder, and the names of these files."""
     data = json.loads(text)
     return Scenario.model_validate(placed(data, folder)), named_files(data)
 
@@ -354,7 +353,7 @@ def _run(batch: Batch, mission: PlannedMission) -> Ran:
         check_kept(files, folder)
         _check_code(batch)
         result = simulate(scenario, mission.seed)
-    except Exception as error:  # what goes wrong in one mission is told, and the others go on
+    except Exception as error:  # report one mission's error; the others go on
         spent = time.perf_counter() - began
         text = shortened(f"{type(error).__name__}: {error}".rstrip(": "), LONGEST_ERROR)
         with as_not_written():
@@ -364,7 +363,7 @@ def _run(batch: Batch, mission: PlannedMission) -> Ran:
 
 
 def _check_code(batch: Batch) -> None:
-    """Refuse to fly what is not of the code that the campaign began with."""
+    """Refuse to run other code than the campaign began with."""
     if batch.model_version != model_version():
         raise ValueError(
             f"this worker has model {model_version()}; the campaign began with "
@@ -377,12 +376,12 @@ def _check_code(batch: Batch) -> None:
 
 @cache
 def _source(name: str) -> str:
-    """Return the fingerprint of a part's file as this process found it, and goes on using it."""
+    """Return the fingerprint of a part's file as this process loaded it."""
     return source_sha256(name)
 
 
 def write_failure(batch: Batch, mission: PlannedMission, error: str, trace: str) -> None:
-    """Write `failures/<mission_id>.json`: what happened, and the command that does it again."""
+    """Write `failures/<mission_id>.json`: the error, and the command that repeats it."""
     folder, point = Path(batch.folder), batch.points[mission.point]
     name = mission_id(point.scenario, mission.seed, batch.model_version)
     (folder / "failures").mkdir(exist_ok=True)
@@ -417,7 +416,7 @@ def write(batch: Batch, found: Gathered) -> None:
 
 
 def signal_name(exit_code: int | None) -> str:
-    """Return what ended a process: a signal, with its name if it has one, or an exit code."""
+    """Return what ended a process: the name or number of a signal, or an exit code."""
     if exit_code is None:
         return "an unknown cause"
     if exit_code >= 0:

@@ -1,6 +1,4 @@
-"""Who runs the batches: processes of this machine, each supervised by itself, or a Dask cluster;
-how they are started and what they begin with; and how far a campaign is, in one line on stderr.
-"""
+"""Pools that run batches: processes of this machine, or a Dask cluster; and the progress line."""
 
 import logging
 import math
@@ -24,18 +22,17 @@ from ....support.process import ProgressLine, collect_seldom, duration
 from ..storage.parts import FAILED
 from .batches import Batch, Row, run_batch
 
-# Workers share the machine: a library that starts threads of its own would slow all of them.
+# Libraries whose threads would slow the workers, which share the machine.
 LIBRARIES = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
 ONE_THREAD = {f"{library}_NUM_THREADS": "1" for library in LIBRARIES}
 
-# Whoever clears away after a parent that was killed need not tell that there was something to
-# clear: that is what it is for.
+# Python's resource tracker need not warn when it cleans up after a killed parent.
 QUIETLY = {"PYTHONWARNINGS": "ignore:resource_tracker:UserWarning"}
 
 
 @contextmanager
 def environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Have variables in the environment of processes that are begun meanwhile."""
+    """Set environment variables for processes that begin in the block."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:
@@ -50,7 +47,7 @@ def environment(variables: Mapping[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _ctrl_c_held_back() -> Iterator[None]:
-    """Keep Ctrl-C from a new process, which would die of it before it leaves it to its parent."""
+    """Block Ctrl-C while a process starts, which would die of it before it ignores it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -74,7 +71,7 @@ def _script_hidden() -> Iterator[None]:
 
 
 class _Process(SpawnProcess):
-    """A spawned process that does not run the user's own script again."""
+    """A spawned process that does not run the user's script again."""
 
     @staticmethod
     def _Popen(process_obj: BaseProcess) -> Any:
@@ -83,7 +80,7 @@ class _Process(SpawnProcess):
 
 
 class Spawn(SpawnContext):
-    """How workers are started."""
+    """The way workers are started."""
 
     Process = _Process
 
@@ -101,15 +98,13 @@ class Spawn(SpawnContext):
 
 
 def begin_work() -> None:
-    """Make a worker go with its parent, and load what missions need before the first batch comes;
-    this file itself loads nothing large.
-    """
+    """Tie a worker to its parent, and import what missions need before the first batch."""
     go_with_parent()
     import_module("bindusbl_des.core.mission.mission")
 
 
 def go_with_parent() -> None:
-    """Make this process leave Ctrl-C to its parent, and end when its parent does."""
+    """Ignore Ctrl-C in this process, and end it when its parent ends."""
     collect_seldom()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
@@ -124,10 +119,9 @@ def _end_with_parent() -> None:
 
 
 class Progress:
-    """Counts missions, and says so.
+    """Counts missions, and shows the progress.
 
-    Its rate is that of missions: the clock starts where the first one began, when a worker had been
-    started and had its compiled code.
+    The rate counts from the begin of the first mission, without the start of workers.
     """
 
     def __init__(self, total: int = 0, *, quiet: bool = True, stream: TextIO | None = None) -> None:
@@ -136,14 +130,14 @@ class Progress:
         self._began = math.inf
 
     def note(self, rows: Sequence[Row]) -> None:
-        """Count the missions of a batch that has ended just now."""
+        """Count the missions of a batch that has just ended."""
         self.ran += len(rows)
         self.failed += sum(row.status == FAILED for row in rows)
         self._began = min(self._began, monotonic() - sum(row.wall_time_s for row in rows))
         self._line.tell(self.line)
 
     def end(self) -> None:
-        """End the line that was redrawn."""
+        """End the progress line."""
         self._line.end(self.line)
 
     @property
@@ -153,7 +147,7 @@ class Progress:
         return self.ran / spent if spent > 0 else 0.0
 
     def line(self) -> str:
-        """Return what there is to say."""
+        """Return the text of the progress."""
         rate = self.rate
         left = f", {duration((self.total - self.ran) / rate)} left" if rate else ""
         failed = f", {self.failed} failed" if self.failed else ""
@@ -163,7 +157,7 @@ class Progress:
 REMEDY = 'Dask is not installed; install it with: python -m pip install "bindusbl-des[cluster]"'
 
 
-# How long a cluster may take to answer.
+# The longest time for a cluster's answer.
 PATIENCE = "10s"
 
 
@@ -172,11 +166,11 @@ class BackendMissing(RuntimeError):
 
 
 def _stand_by() -> None:
-    """Do nothing: to come here the process has imported this module, and all that missions need."""
+    """Do nothing, in a process that has imported what missions need."""
 
 
 class LocalPool:
-    """Processes of this machine, each in a pool of its own: if one dies, it dies alone."""
+    """Processes of this machine, each in its own pool, so that a dying one affects no other."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -187,7 +181,7 @@ class LocalPool:
             resource_tracker.ensure_running()
 
     def begin(self) -> None:
-        """Start the workers: until batches are given they import what these need."""
+        """Start the workers, which import what missions need."""
         self._idle += [self._new() for _ in range(self.size)]
 
     def has_room(self) -> bool:
@@ -221,7 +215,7 @@ class LocalPool:
         self._processes[self._busy[future]].kill()
 
     def release(self, future: "Future[list[Row]]") -> int | None:
-        """Take a worker back; one that died is let go, and its exit code returned."""
+        """Take a worker back; if it died, drop it and return its exit code."""
         pool = self._busy.pop(future)
         if not isinstance(future.exception(), BrokenProcessPool):
             self._idle.append(pool)
@@ -229,7 +223,7 @@ class LocalPool:
         return self._dismiss(pool)
 
     def close(self) -> None:
-        """End the workers: what they wrote is on the disk, and to take Python down takes 0.3 s."""
+        """End the workers at once: their rows are on the disk."""
         for process in self._processes.values():
             process.kill()
         for pool in list(self._processes):
@@ -244,7 +238,7 @@ class ClusterPool:
             distributed: Any = import_module("distributed")
         except ImportError:
             raise BackendMissing(REMEDY) from None
-        # A scheduler that is lost is told in one line, below, and not by Dask with a traceback.
+        # A lost scheduler is reported below in one line, not by Dask with a traceback.
         logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         try:
             self._client: Any = distributed.Client(address, timeout=PATIENCE)
@@ -256,7 +250,7 @@ class ClusterPool:
         self._running = 0
 
     def begin(self) -> None:
-        """Leave the workers as they are: they have begun."""
+        """Do nothing, since the workers run already."""
 
     @property
     def size(self) -> int:
@@ -264,7 +258,7 @@ class ClusterPool:
         return max(1, sum(map(int, self._client.nthreads().values())))
 
     def has_room(self) -> bool:
-        """Tell whether a worker waits for a batch; one more each waits with it."""
+        """Tell whether a worker waits for a batch; one further batch may queue for each."""
         return self._running < 2 * self.size
 
     def submit(self, batch: Batch) -> "Future[list[Row]]":
@@ -273,10 +267,10 @@ class ClusterPool:
         return self._executor.submit(run_batch, batch)
 
     def end(self, future: "Future[list[Row]]") -> None:
-        """Leave it: Dask gives batches of workers that do not answer to others."""
+        """Do nothing: Dask gives batches of silent workers to others."""
 
     def release(self, future: "Future[list[Row]]") -> int | None:
-        """Take note that a batch has ended; Dask replaces its workers itself.
+        """Note that a batch has ended; Dask replaces its workers itself.
 
         Raises:
             BackendMissing: when the cluster has been lost.
@@ -290,7 +284,7 @@ class ClusterPool:
         return None
 
     def close(self) -> None:
-        """Leave the cluster, which goes on."""
+        """Disconnect from the cluster, which continues."""
         self._executor.shutdown(wait=False)
         self._client.close()
 
@@ -300,7 +294,7 @@ WorkerPool = LocalPool | ClusterPool
 
 @contextmanager
 def at_work(pool: WorkerPool) -> Iterator[WorkerPool]:
-    """Have workers begin, and end them, in the midst of their work if an error comes."""
+    """Start a pool for the block, and end it; at once if an error comes."""
     try:
         pool.begin()
         yield pool

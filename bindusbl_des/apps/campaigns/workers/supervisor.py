@@ -1,9 +1,9 @@
-"""The supervisor: hands out batches, survives dying workers, isolates the missions that kill them;
-and what a campaign would cost, from some missions that are run for it.
+"""The supervisor distributes batches, survives dying workers, and isolates missions that kill them;
+an estimate of a campaign's cost from sampled missions.
 
-Batches are short at first and longer as the campaign grows, so that its folder holds few files and
-yet no more than half a minute of one worker's work is ever lost.  Missions of one point wait for a
-worker together.  Ctrl-C: once to finish what is under way, twice to stop at once.
+Batches grow with the campaign, so that its folder holds few files and a crash loses at most half a
+minute of one worker.  Missions of a point stay together.  The first Ctrl-C finishes missions under
+way, the second stops at once.
 """
 
 import json
@@ -51,7 +51,7 @@ from .pools import WorkerPool
 
 
 class WaitingMissions:
-    """Missions by their number in the plan, in order; those put back come first."""
+    """Waiting missions by number, in order; those put back come first."""
 
     def __init__(self, seeds: int) -> None:
         self._seeds, self._numbers = seeds, np.zeros(0, np.int64)
@@ -69,10 +69,9 @@ class WaitingMissions:
             self._numbers = np.concatenate([numbers, self._numbers])
 
     def take(self, most: int) -> tuple[int, ...]:
-        """Return the next missions, at least one; the seeds of a point are not torn needlessly.
+        """Return the next missions, at least one; keep the seeds of a point together if possible.
 
-        Seeds of one point share its scenario and where its vehicles went, which a worker that runs
-        them one after another works out once.
+        A worker computes a point's scenario and paths once for consecutive seeds.
 
         >>> waiting = WaitingMissions(seeds=4)
         >>> waiting.extend(np.arange(12))
@@ -86,33 +85,33 @@ class WaitingMissions:
         return tuple(batch.tolist())
 
 
-# Until it is known how long a mission takes, and at most: their rows lie in memory meanwhile.
+# Missions of the first batches, and the most in a batch, whose rows stay in memory.
 FIRST_IN_BATCH, MOST_IN_BATCH = 50, 5000
 SHORTEST_BATCH_S = 0.5
 LONGEST_BATCH_S = 30.0
 
-# A mission whose worker died this often, at last with it alone, is not tried again.  One whose
-# worker died before it began is less to blame.
+# A mission is given up after so many deaths of its worker, the last with it alone; deaths before it
+# began count less.
 MOST_KILLS, MOST_DEATHS_BEFORE = 3, 8
-# Nor is one that took too long this often: once the whole campaign may have been stopped (Ctrl-Z).
+# A mission is given up after so many timeouts; one may come from a stopped campaign (Ctrl-Z).
 MOST_TIMEOUTS = 2
 
-# A worker that is stopped cannot end itself: its parent does that so much (s) after the limit.  To
-# start and to load what a mission needs, which is none of its time, it has so long (s).
+# A stopped worker cannot end itself: its parent ends it so long (s) after the limit.  LOADING_S is
+# the time (s) to start and load code, outside a mission's own time.
 GRACE_S, LOADING_S = 2.0, 600.0
-# The parent's own clock runs while it looks, at least so often (s), not while all are stopped.
+# The longest step (s) of the parent's clock between looks, so that a stopped campaign counts none.
 LOOK_S = 1.0
 STOPPED = "The worker was stopped, or did not answer; its parent ended it.\n"
 
-# Batches end after this share of the time that the campaign has taken so far.
+# The length of batches as a share of the campaign's time so far.
 BATCH_SHARE = 0.1
 
-# So many workers in a row that finished no mission died of something else.
+# After so many deaths in a row without a finished mission, the cause is no mission.
 MOST_DEATHS_IN_A_ROW = 8
 
 
 class WorkersDie(RuntimeError):
-    """Workers die one after another, whichever missions they are given."""
+    """Workers die one after another, whichever missions they run."""
 
 
 class Supervisor:
@@ -173,7 +172,7 @@ class Supervisor:
             raise self.trouble
 
     def _end_silent(self, limit: float) -> None:
-        """End workers that have been at the same mission for longer than that may take (s)."""
+        """End workers that run one mission longer than `limit` (s)."""
         now = monotonic()
         passed, self._looked = min(now - self._looked, LOOK_S), now
         heard, self._heard = self._heard, {}
@@ -194,9 +193,7 @@ class Supervisor:
         return bool(self._suspects or self._fresh)
 
     def _next(self) -> Batch:
-        """Return the next batch: one under suspicion, or a fair share of the fresh missions, and
-        no more than take all of a batch's time if they take as long as those so far.
-        """
+        """Return the next batch: a suspect, or a fair share of waiting missions within its time."""
         spent, most = monotonic() - self._began, FIRST_IN_BATCH
         budget_s = min(max(BATCH_SHARE * spent, self._shortest_batch_s), LONGEST_BATCH_S)
         if self._suspects:
@@ -209,7 +206,7 @@ class Supervisor:
         return batch_of(self.plan, self.folder, numbers, budget_s, limit, self._plan_sha256)
 
     def _take(self, batch: Batch, future: "Future[list[Row]]") -> None:
-        """Count what a batch brought; what it did not come to waits again."""
+        """Count the missions of a batch that has ended; its unfinished ones wait again."""
         exit_code = self.pool.release(future)
         error = future.exception()
         if isinstance(error, NotWritten):
@@ -229,15 +226,15 @@ class Supervisor:
         self._fresh.put_back([number for number in batch.numbers if number not in ran])
 
     def _suspect(self, batch: Batch, exit_code: int | None, error: BaseException) -> None:
-        """Try the mission at which a worker died again by itself; others of its batch may go on.
+        """Retry the mission at which a worker died alone; others of its batch may go on.
 
-        Where the worker left no heartbeat, halves are tried until the culprit is alone.
+        Without a heartbeat, halves of the batch are tried until the mission is alone.
         """
         numbers = batch.numbers
         culprit, trace = take_heartbeat(self.folder, batch.part)
         trace = trace or STOPPED * (batch.part in self._ended)
         end = signal_name(exit_code) if exit_code is not None else type(error).__name__
-        # Once any mission was finished, one that had begun is itself to blame
+        # Once any mission was finished, a begun mission itself is the cause
         if not trace and (culprit is None or not self._finished):
             self._count_death(end)
         if culprit is None and len(numbers) > 1:
@@ -263,7 +260,7 @@ class Supervisor:
             raise WorkersDie(f"{self._deaths} workers died in a row: {end}")
 
     def _quarantine(self, batch: Batch, number: int, text: str, trace: str) -> None:
-        """Write the row of a mission that kills its worker or never ends: it failed."""
+        """Write a failed row for a mission that kills its worker or never ends."""
         mission = next(mission for mission in batch.missions if mission.number == number)
         found = Gathered(batch)
         found.add(Ran(mission, 0.0, error=text))
@@ -289,7 +286,7 @@ def batch_of(
     mission_timeout_s: float | None = None,
     plan_sha256: str = "",
 ) -> Batch:
-    """Return the batch of some missions of a plan."""
+    """Return a batch of missions of a plan."""
     missions = tuple(plan.mission(number) for number in numbers)
     return Batch(
         folder=str(folder.absolute()),
@@ -310,7 +307,7 @@ def batch_of(
 def interruptible(stop: Callable[[], None]) -> Iterator[list[int]]:
     """Call `stop` at the first interrupt or request to end; raise KeyboardInterrupt at the next.
 
-    Yields the signals that came.  Outside the main thread, where none can, nothing is changed.
+    Yields the received signals.  Outside the main thread, which gets no signals, it does nothing.
     """
     asked: list[int] = []
 
@@ -331,16 +328,16 @@ def interruptible(stop: Callable[[], None]) -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
-# A point is sampled until that has taken so long (s), and by so many missions at most.
+# The time (s) and the most missions for sampling a point.
 SAMPLE_S, MOST_SAMPLED = 0.5, 8
 
-# Whatever its size, a campaign takes so long (s) to begin and to end, and has a page (bytes).
+# The fixed time (s) of any campaign, and the size (bytes) of its page.
 START_S, PAGE_BYTES = 3.0, 170_000
 
 
 @dataclass(frozen=True)
 class CampaignEstimate:
-    """Missions of a campaign, and the time (s) and disk (bytes) that they will take."""
+    """The missions of a campaign, and their expected time (s) and disk space (bytes)."""
 
     missions: int
     points: int
@@ -350,10 +347,9 @@ class CampaignEstimate:
 
 
 def estimated(plan: ExperimentPlan, missions: int, workers: int | None) -> CampaignEstimate:
-    """Run some missions of the first point and the last in a temporary folder; return what all
-    would take if those between are like them.
+    """Estimate a campaign's cost from missions of its first and last point.
 
-    Shipped parts stand in for plug-ins, which are not loaded.
+    They run in a temporary folder; shipped parts stand for plug-ins, which are not loaded.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -377,9 +373,7 @@ def estimated(plan: ExperimentPlan, missions: int, workers: int | None) -> Campa
 def _sampled(
     plan: ExperimentPlan, folder: Path, point: int, seeds: Iterable[int]
 ) -> tuple[float, float]:
-    """Run missions of a point with seeds that the folder has not; return what each takes: time (s),
-    and disk (bytes) as in a campaign that has ended.
-    """
+    """Run missions of a point with new seeds; return time (s) and disk space (bytes) of each."""
     batch = _plain(batch_of(plan, folder, (point * len(plan.experiment.seeds),), SAMPLE_S))
     (mission,) = batch.missions
     before = _size(folder)
@@ -396,7 +390,7 @@ def _size(folder: Path) -> int:
 
 
 def _plain(batch: Batch) -> Batch:
-    """Return a batch whose missions need no plug-in."""
+    """Return a batch without plug-ins."""
     points = {
         number: replace(point, scenario=json.dumps(without_plugins(json.loads(point.scenario))))
         for number, point in batch.points.items()
