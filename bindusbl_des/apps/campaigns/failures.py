@@ -1,6 +1,5 @@
-"""What goes wrong with campaigns: missions that failed, of each of which a file is kept in the
-folder `failures`; and campaigns that must not be run, as their folder is taken, or the model has
-changed.
+"""Failed missions, each kept as a file in the folder `failures`; and campaigns that must not run,
+since the folder is in use, or the model has changed.
 """
 
 import os
@@ -24,7 +23,7 @@ FAILURE: dict[str, type] = {
 
 
 def failures_in(folder: Path) -> list[dict[str, Any]]:
-    """Return what is kept of each mission that failed, in the order of the plan.
+    """Return the records of failed missions, in the order of the plan.
 
     Raises:
         ValueError: when a file is damaged.
@@ -48,7 +47,7 @@ def _failure(path: Path) -> dict[str, Any]:
 
 
 def check_name(folder: Path) -> None:
-    """Refuse a name that no folder can have.
+    """Refuse a folder's name that cannot exist.
 
     Raises:
         CampaignError: naming what is in the way.
@@ -62,7 +61,7 @@ def check_name(folder: Path) -> None:
 
 
 def is_unfinished(folder: Path, plan: ExperimentPlan, shard: tuple[int, int] | None) -> bool:
-    """Tell whether a folder holds this plan's campaign, or this share of it, with missions left."""
+    """Tell whether a folder holds this plan's campaign, or this shard of it, with missions left."""
     if not (folder / RECORD).exists() or is_locked(folder):
         return False
     record = read_record(folder)
@@ -72,10 +71,10 @@ def is_unfinished(folder: Path, plan: ExperimentPlan, shard: tuple[int, int] | N
 
 
 def check_new(folder: Path, plan: ExperimentPlan) -> None:
-    """Refuse a folder that holds something.
+    """Refuse a folder that is not empty.
 
     Raises:
-        CampaignError: naming what to do instead.
+        CampaignError: naming the remedy.
     """
     check_name(folder)
     if (folder / RECORD).exists():
@@ -92,10 +91,10 @@ def check_new(folder: Path, plan: ExperimentPlan) -> None:
 
 
 def check_unchanged(campaign: Campaign) -> None:
-    """Refuse to continue what would mix two models, scenarios, files or user-defined parts.
+    """Refuse to continue with another model, scenario, file or user-defined part.
 
     Raises:
-        CampaignError: showing what differs.
+        CampaignError: naming the difference.
     """
     now, record, folder = campaign.plan, campaign.record, campaign.folder
     if why := _changed(folder, record):
@@ -111,7 +110,7 @@ def check_unchanged(campaign: Campaign) -> None:
 
 
 def check_files(campaign: Campaign) -> None:
-    """Refuse a campaign whose copies of files are not what they were.
+    """Refuse a campaign whose copies of files have changed.
 
     Raises:
         CampaignError: naming the file.

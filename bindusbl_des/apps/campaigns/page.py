@@ -1,7 +1,7 @@
-"""The report of a campaign: what it varied, what came of it, how sure that is, and what failed.
+"""The report of a campaign as a page: what varied, the results with intervals, and failures.
 
-Scripts draw its data: varied keys, and each point's metrics with their intervals, packed.  Tables
-say the same without them: the map of a metric, the fewest ASVs, and all points.
+Scripts draw the data: varied keys, and each point's metrics with intervals, packed.  Tables show
+the same without scripts: a map of a metric, the fewest ASVs, and all points.
 """
 
 import html
@@ -62,7 +62,7 @@ Key = dict[str, Any]
 
 
 def sweep_page(campaign: "Campaign", said: Findings | None = None) -> str:
-    """Return the report of a campaign, finished or not, as HTML; `said` is found unless given."""
+    """Return the report of a campaign, finished or not, as HTML; `said` may give its findings."""
     plan = campaign.plan
     said = said or findings(campaign.folder, plan)
     packer, points = Packer(), len(plan.points)
@@ -140,7 +140,7 @@ def _keys(campaign: "Campaign") -> list[Key]:
 
 
 def _value_numbers(campaign: "Campaign", varied: Sequence[Key]) -> list[list[int]]:
-    """Return of each key, at each point, the number of its value in the list of values."""
+    """Return for each key the index of its value at each point, in the list of values."""
     columns = []
     for key in varied:
         place = {label: number for number, label in enumerate(key["labels"])}
@@ -151,9 +151,9 @@ def _value_numbers(campaign: "Campaign", varied: Sequence[Key]) -> list[list[int
 
 def described(names: Sequence[str]) -> list[dict[str, Any]]:
     """Return name, words, unit and meaning of metrics, whose they are (worst, fleet, mission), and
-    whether `less` is better (None: neither is).
+    whether `less` is better (None: neither).
 
-    The `title` says whose a quantity is, its `words` leave that to a heading.
+    The `title` says whose a quantity is; its `words` do not.
     """
     found = []
     for name in names:
@@ -187,7 +187,7 @@ def _head(campaign: "Campaign") -> str:
 
 
 def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
-    """Return what was found: the best point, harm, want of fixes, collisions, effects of keys."""
+    """Return the findings: the best point, harm, missing fixes, collisions, effects of keys."""
     first, _, rest = said.best.partition(". ")
     story = f'<p class="verdict">{_text(first.removesuffix("."))}.</p>'
     story += f"<p>{_text(rest)} {_text(said.sure)}</p>" if rest or said.sure else ""
@@ -202,10 +202,10 @@ def _story(campaign: "Campaign", found: MissionOutcomes, said: Findings) -> str:
 
 
 def _key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
-    """Return of each key between which means over the others the worst AUV's error lies.
+    """Return for each key the range of the worst AUV's mean errors over its values.
 
-    Keys that matter most come first.  Values are compared over the same points of the other keys:
-    points without a mission that went well are left out at all values, and counted.
+    Keys with the largest effect come first.  Values are compared over the same points of the other
+    keys: points without a successful mission are left out at all values, and counted.
     """
     error = found.means(ERROR).mean
     effects = [effect for key in plan.columns if (effect := _effect(plan, key, error)) is not None]
@@ -213,7 +213,7 @@ def _key_effects(plan: ExperimentPlan, found: MissionOutcomes) -> list[str]:
 
 
 def _effect(plan: ExperimentPlan, key: str, error: Floats) -> tuple[float, str] | None:
-    """Return how far apart the means at the values of a key are, and that in words."""
+    """Return the range of means over the values of a key, and its words."""
     values = list(dict.fromkeys(written(point.varied[key]) for point in plan.points))
     if len(values) < 2 or len(values) > SAMPLED * len(plan.points):
         return None
@@ -371,16 +371,14 @@ def _means(found: MissionOutcomes, metric: str) -> list[str]:
 
 
 def _worst_auv(found: MissionOutcomes, point: int, metric: str) -> str:
-    """Return the AUV that is the worst of most missions of a point, and in how many it is; "" where
-    none is.
-    """
+    """Return the AUV that is most often the worst at a point, and how often; or ""."""
     name, times = next(iter(found.who(point, metric).items()), ("", 0))
     well = found.well[point]
     return name if times in (0, well) else f"{name} {times}/{well}"
 
 
 def _points_section(campaign: "Campaign", found: MissionOutcomes) -> str:
-    """Return all points with their settings and metrics, which a page without scripts has too."""
+    """Return the table of all points with their settings and metrics."""
     metrics, columns = described(TABLED), [_means(found, name) for name in TABLED]
     well, ran = found.well, found.ran
     rows = [

@@ -1,1 +1,1 @@
-"""What a campaign found: means over seeds, paired differences, and how sure they are."""
+"""Statistics of a campaign: means over seeds and paired differences, with confidence intervals."""

@@ -1,4 +1,4 @@
-"""Which points of campaigns are compared with which."""
+"""Pairs of points to compare, and their differences paired by seed."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,8 +27,8 @@ from .outcomes import Fleets, MissionOutcomes, failed_because
 
 @dataclass(frozen=True)
 class Side:
-    """A point of a campaign: its value of the key that is compared, or its campaign's folder, and
-    the letter by which that is called in a comparison, A for the baseline.
+    """A point of a campaign, its name (the value of the compared key, or the campaign's folder),
+    and the letter of it in a comparison, A for the baseline.
     """
 
     campaign: Campaign
@@ -39,8 +39,10 @@ class Side:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two points: `other` is compared with `baseline`.  They differ in `key`, or else are of two
-    campaigns; `held` are the varied keys in which they are alike."""
+    """Two points: `other` is compared with `baseline`.
+
+    They differ in `key`, or belong to two campaigns; `held` are the varied keys that they share.
+    """
 
     baseline: Side
     other: Side
@@ -49,7 +51,7 @@ class Pair:
 
 
 def pairs_within(campaign: Campaign, by: str | None, baseline: str | None) -> Iterator[Pair]:
-    """Yield pairs of points that differ in one key only, each with the baseline's value first.
+    """Yield pairs of points that differ in one key only, the baseline's value first.
 
     Raises:
         ValueError: when there are none; the message says what can be compared.
@@ -83,7 +85,7 @@ def pairs_within(campaign: Campaign, by: str | None, baseline: str | None) -> It
 
 
 def _key(campaign: Campaign, by: str | None) -> str:
-    """Return the varied key that is meant by its last words, or the only one there is.
+    """Return the varied key with these last words, or the only varied key.
 
     Raises:
         CampaignError: when that is not one key.
@@ -107,7 +109,7 @@ def _key(campaign: Campaign, by: str | None) -> str:
 
 
 def _baseline(campaign: Campaign, key: str, asked: str | None) -> str:
-    """Return the value to compare with: the one asked for, or the first."""
+    """Return the baseline's value: the given one, or the first."""
     values = list(dict.fromkeys(plain(point.varied[key]) for point in campaign.plan.points))
     if asked is None:
         return values[0]
@@ -121,7 +123,7 @@ def _baseline(campaign: Campaign, key: str, asked: str | None) -> str:
 
 
 class Chosen(NamedTuple):
-    """The one point of a campaign that is compared, and what it is called."""
+    """The one point of a campaign to compare, and its name."""
 
     point: int
     name: str
@@ -133,11 +135,10 @@ def pairs_between(
     label: str = "B",
     chosen: Mapping[Path, Chosen] = MappingProxyType({}),
 ) -> Iterator[Pair]:
-    """Yield pairs of points of two campaigns that vary the same keys to the same values; the other
-    is called by a letter, the first A.
+    """Yield pairs of points of two campaigns that vary the same keys to the same values.
 
-    A campaign of one point, or of which one is `chosen` (by its folder), is compared with every
-    point of the other.
+    `label` is the letter of the other; the first is A.  A campaign of one point, or with one
+    `chosen` (by its folder), is compared with every point of the other.
 
     Raises:
         CampaignError: when no points match.
@@ -187,10 +188,10 @@ Verdict = Literal[
 
 @dataclass(frozen=True)
 class End:
-    """One of two points: the mean of a metric over the missions that have it.
+    """One point of a pair: the mean of a metric over the missions that have it.
 
-    Of `missions` in pairs, `whole` have a value for every AUV; `without` counts those in which an
-    AUV has none, `who` those in which an AUV was the worst.
+    Of `missions` in pairs, `whole` have a value for every AUV; `without` counts missions in which
+    each AUV has none, `who` missions in which each AUV was the worst.
     """
 
     mean: float
@@ -202,10 +203,10 @@ class End:
 
 @dataclass(frozen=True)
 class Difference:
-    """How one metric differs between two points, over the seeds at which both have a value: `found`
-    is the mean difference with its 95 % interval.
+    """The difference of a metric between two points, over the seeds at which both have a value.
 
-    Where an AUV of either has no value, means compare different AUVs, and nothing is said of them.
+    `found` is the mean difference with its 95 % interval.  If an AUV of either has no value, means
+    compare different AUVs, and there is no verdict.
     """
 
     pair: Pair
@@ -216,22 +217,22 @@ class Difference:
 
     @property
     def relative(self) -> float:
-        """The mean difference as a share of the baseline's mean, nan where that is zero."""
+        """The mean difference as a share of the baseline's mean; nan if that is zero."""
         return self.found.mean / abs(self.baseline.mean) if self.baseline.mean else nan
 
     @property
     def missions(self) -> int:
-        """How many seeds both points have missions of that went well."""
+        """The number of seeds with successful missions at both points."""
         return self.baseline.missions
 
     @property
     def lacks(self) -> bool:
-        """Whether an AUV of either has no value in some mission."""
+        """Whether an AUV of either point has no value in some mission."""
         return bool(self.baseline.without or self.other.without)
 
     @property
     def verdict(self) -> Verdict:
-        """What the interval shows: `better`, `worse`, or that no difference was shown."""
+        """The verdict by the interval: `better`, `worse`, or no difference shown."""
         if not self.found.count or self.lacks:
             return "not comparable"
         if self.found.count > 1 and self.found.mean == 0 and self.found.half_width == 0:
@@ -245,7 +246,7 @@ class Difference:
 
 
 def difference(pair: Pair, metric: str, found: Found, served: Served) -> Difference:
-    """Return how a metric differs over the seeds at which both points have a value."""
+    """Return the difference of a metric over the seeds at which both points have a value."""
     sides = (pair.baseline, pair.other)
     own = [found[side.campaign.folder] for side in sides]
     (mine, one), (theirs, two) = (
@@ -280,7 +281,7 @@ def difference(pair: Pair, metric: str, found: Found, served: Served) -> Differe
 
 
 def unpaired(one: Campaign, other: Campaign, pairs: Sequence[Pair]) -> Iterator[str]:
-    """Yield which points of two campaigns, or of one and the same, no pair of both has."""
+    """Yield the points of two campaigns, or of one, that are in no pair."""
     for campaign, beside in {one.folder: (one, other), other.folder: (other, one)}.values():
         sides = [side for pair in pairs for side in (pair.baseline, pair.other)]
         met = {side.point for side in sides if side.campaign is campaign}

@@ -1,12 +1,9 @@
-"""What a campaign found, in sentences: the best point, who got no fix, whom fixes harm.
+"""Findings of a campaign in sentences: the best point, AUVs without fixes, and harmful fixes.
 
-A point is judged by each mission's worst AUV, averaged over seeds; it is surely below a limit where
-the upper end of its 95 % interval is.
-
-Whom fixes make worse: an AUV's error with its fixes beside that of its dead reckoning alone.
-
-A fix of an acoustic array far away is worth less than the dead reckoning of a good inertial system;
-a filter that trusts it all the same moves the estimate away from the truth.
+A point is judged by each mission's worst AUV, averaged over seeds; it is surely below a limit if
+the upper end of its 95 % interval is.  Fixes harm an AUV if its error with fixes exceeds that of
+its dead reckoning: a fix of a distant array may be worse than a good inertial system, and a filter
+that trusts it moves the estimate away from the truth.
 """
 
 import json
@@ -57,7 +54,7 @@ RELEVANT = 0.01
 
 @dataclass(frozen=True)
 class Tried:
-    """A point that differs from another in its navigation alone, and an AUV's mean error there."""
+    """A point that differs from another in navigation keys only, and an AUV's mean error there."""
 
     point: int
     error: float
@@ -65,10 +62,10 @@ class Tried:
 
 @dataclass(frozen=True)
 class HarmfulFixes:
-    """An AUV that navigates worse with fixes than by dead reckoning alone; means over seeds, m.
+    """An AUV with a larger error with fixes than by dead reckoning; means over seeds (m).
 
     `change` is the error with fixes minus that without, paired by seed.  `tried` is the point at
-    which other navigation made it surely better, if the campaign has one.
+    which other navigation surely improved it, if there is one.
     """
 
     point: int
@@ -81,7 +78,7 @@ class HarmfulFixes:
 
 @dataclass(frozen=True)
 class Harms:
-    """Whom fixes surely make worse, a list per point, and who was worse in a point's one mission.
+    """AUVs that fixes surely harm, by point; and AUVs harmed in a point's only mission.
 
     The most harmed points and AUVs come first.
     """
@@ -92,10 +89,9 @@ class Harms:
 
 
 def harmed(found: Fleets, plan: ExperimentPlan) -> Harms:
-    """Return whom fixes make worse.
+    """Return the AUVs that fixes harm.
 
-    That is sure where chance would rarely do it, counting how many AUVs and points were looked at,
-    so that of all that is said one in twenty is wrong at most.
+    At most one in twenty of them is expected to be a chance result, for all AUVs and points tested.
     """
     if not len(found.point):
         return Harms([], [])
@@ -129,7 +125,7 @@ def _worst_first(harm: HarmfulFixes) -> float:
 
 
 def _of_other_navigation(plan: ExperimentPlan) -> dict[int, list[int]]:
-    """Return of each point those that differ from it in keys of the navigation alone."""
+    """Return for each point those that differ from it in navigation keys only."""
     groups: dict[str, list[int]] = {}
     for place, point in enumerate(plan.points):
         held = [item for item in point.varied.items() if not item[0].startswith(NAVIGATION)]
@@ -144,7 +140,7 @@ def _of_other_navigation(plan: ExperimentPlan) -> dict[int, list[int]]:
 def _tried(
     places: dict[tuple[int, int], int], error: Floats, mine: tuple[int, int], rivals: list[int]
 ) -> Tried | None:
-    """Return the rival with the smallest error of an AUV that is surely smaller, paired by seed."""
+    """Return the rival with the smallest error of an AUV, if surely smaller, paired by seed."""
     rows = {rival: places[rival, mine[1]] for rival in rivals if (rival, mine[1]) in places}
     own = error[places[mine]]
     gains = {rival: interval((own - error[row]).tolist()) for rival, row in rows.items()}
@@ -167,8 +163,8 @@ MOST_SAID = 3
 
 @dataclass(frozen=True)
 class Findings:
-    """Sentences: the best point, points surely accurate, missions that failed, harm by fixes, AUVs
-    without fixes, and schedules that did not keep signals apart.
+    """Sentences on the best point, accurate points, failed missions, harm by fixes, AUVs without
+    fixes, and signals that collided.
     """
 
     best: str
@@ -179,15 +175,15 @@ class Findings:
     collided: str = ""
 
     def sentences(self) -> list[str]:
-        """Return all of them, what matters most first."""
+        """Return all of them, the most important first."""
         said = (self.best, self.sure, self.failed, *self.harm, *self.starved, self.collided)
         return [text for text in said if text]
 
 
 def findings(folder: Path, plan: ExperimentPlan) -> Findings:
-    """Return what the missions of a campaign that have a row show.
+    """Return the findings of the missions with a row.
 
-    Points are accurate that keep to the limit that a plan asks for, or to a metre.
+    Accurate points keep the limit of a plan, or else a metre.
     """
     limit_m = float(read_record(folder).get(LIMIT) or SUB_METRE)
     found = outcomes(folder, (ERROR, ERROR_P95, *COLLISIONS), len(plan.points))
@@ -216,7 +212,7 @@ def _failed(folder: Path, found: MissionOutcomes) -> str:
 
 
 def _best(found: MissionOutcomes, plan: ExperimentPlan) -> str:
-    """Return which point has the smallest error of the worst AUV, and which are as good."""
+    """Return the point with the smallest error of the worst AUV, and those as good."""
     known = found.means(ERROR)
     best = int(np.nanargmin(known.mean))
     error, tail = known.at(best), found.means(ERROR_P95).at(best)
@@ -248,11 +244,10 @@ def _rivals(table: Floats, best: int) -> str:
 
 
 def compared_with_best(table: Floats, best: int) -> Intervals:
-    """Return by how much points are worse than the one with the least mean, paired by seed.
+    """Return the differences of points from the one with the least mean, paired by seed.
 
-    `table` (points, seeds) holds what is to be small.  Any point may be the best in truth, and look
-    worse by chance than one of the others: intervals hold together (Bonferroni), so that it is not
-    surely worse with 95 % confidence however many there are.
+    `table` (points, seeds) holds values of which less is better.  All intervals hold together
+    (Bonferroni), so that the true best point is not surely worse, however many points there are.
     """
     gaps = table - table[best]
     gaps[np.abs(gaps) <= ROUND_OFF * np.abs(table[best])] = 0.0
@@ -260,9 +255,9 @@ def compared_with_best(table: Floats, best: int) -> Intervals:
 
 
 def who_is_worst(who: Mapping[str, int]) -> str:
-    """Return which AUV was the worst of its missions, and how often where that differs.
+    """Return which AUV was the worst, and how often if that varies.
 
-    Take the AUVs that were, most often first.
+    The argument maps AUVs to numbers of missions, most often first.
 
     >>> who_is_worst({"AUV0": 3, "AUV2": 1}), who_is_worst({"AUV1": 4})
     ('AUV0 is the worst in 3 of 4 seeds, AUV2 in 1', 'AUV1 is the worst in all')
@@ -291,9 +286,7 @@ def who_lacks(auvs: Mapping[str, int], missions: int) -> str:
 
 
 def _sure(found: MissionOutcomes, plan: ExperimentPlan, limit_m: float) -> str:
-    """Return how many points are surely below a limit for every AUV; what one alone, or where none
-    is the best of them, is surely below.
-    """
+    """Return how many points are surely below a limit for every AUV, or the best upper ends."""
     points = len(plan.points)
     if max(found.well) < 2:
         return f"With one seed a point nothing is surely below {limit_m:g} m; run more."
@@ -328,9 +321,7 @@ def _sure(found: MissionOutcomes, plan: ExperimentPlan, limit_m: float) -> str:
 
 
 def _collided(found: MissionOutcomes, plan: ExperimentPlan) -> str:
-    """Return at which points signals of a schedule destroyed each other; empty where none did, or
-    access is random.
-    """
+    """Return the points at which a schedule's signals collided; "" also in random access."""
     met = np.sum([np.nan_to_num(found.metrics[metric]) for metric in COLLISIONS], axis=0)
     scheduled = {
         point: not Scenario.model_validate_json(plan.points[point].scenario).protocol.random_access
@@ -349,7 +340,7 @@ def _collided(found: MissionOutcomes, plan: ExperimentPlan) -> str:
 
 
 def harm_said(harms: Harms, plan: ExperimentPlan, points: Iterable[int]) -> Iterator[str]:
-    """Yield whom fixes make worse at some points, the worst first, and what may help."""
+    """Yield sentences on AUVs that fixes harm at some points, the worst first, with remedies."""
     wanted = set(points)
     chosen = [them for them in harms.sure if them[0].point in wanted]
     for them in chosen[:MOST_SAID]:
@@ -375,7 +366,7 @@ def _once(them: list[HarmfulFixes], missions: int, plan: ExperimentPlan) -> str:
 
 
 def _remedies(scenarios: list[dict[str, Any]]) -> Iterator[str]:
-    """Yield what may help scenarios in which fixes harm; it was not tried."""
+    """Yield remedies against harmful fixes, which were not tried."""
     filters = [PartChoice.read(scenario["navigation"]["filter"], str) for scenario in scenarios]
     gained = [choice for choice in filters if families.NAVIGATOR.declared(choice).has_gain]
     parts = [
@@ -422,7 +413,7 @@ def _auvs(names: list[str]) -> str:
 def starved_said(
     found: list[Starved], plan: ExperimentPlan, points: Iterable[int]
 ) -> Iterator[str]:
-    """Yield which AUVs got no fix at some points, and in how many seeds, those with most first."""
+    """Yield sentences on AUVs without fixes at some points, most seeds first."""
     wanted = set(points)
     chosen = [unserved for unserved in found if unserved.point in wanted]
     for unserved in chosen[:MOST_SAID]:

@@ -1,5 +1,5 @@
-"""Means with confidence intervals, without scipy: the one place where spread is worked out, of
-missions, of paired differences, of candidates of a plan; and how points are named.
+"""Means with confidence intervals of missions, paired differences and a plan's candidates, without
+scipy; and names of points.
 """
 
 import json
@@ -30,8 +30,8 @@ MOST_NAMED = 6
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean, half the width of its 95 % confidence interval, its standard error (both nan for one
-    value), and the count.
+    """A mean, half the width of its 95 % interval, its standard error (both nan for a single
+    value), and the number of values.
     """
 
     mean: float
@@ -41,18 +41,18 @@ class Interval:
 
     @property
     def low(self) -> float:
-        """Lower end, nan where one value tells of no spread."""
+        """The lower end; nan for a single value."""
         return self.mean - self.half_width
 
     @property
     def high(self) -> float:
-        """Upper end, nan where one value tells of no spread."""
+        """The upper end; nan for a single value."""
         return self.mean + self.half_width
 
 
 @dataclass(frozen=True)
 class Intervals:
-    """The same of many points, in arrays."""
+    """Intervals of many points, in arrays."""
 
     mean: Floats
     half_width: Floats
@@ -79,7 +79,7 @@ def student_95(freedom: int) -> float:
 
 
 def interval(values: Sequence[float | None]) -> Interval:
-    """Return the mean of the values that are known and how sure it is; round-off is no spread.
+    """Return the interval of the known values; equal values but for rounding have no spread.
 
     >>> found = interval([1.0, 2.0, 3.0])
     >>> found.mean, round(found.half_width, 3)
@@ -91,9 +91,9 @@ def interval(values: Sequence[float | None]) -> Interval:
 
 
 def intervals(values: Floats, together: int = 1) -> Intervals:
-    """Return the same of each row (n, k); nan is not known, and not counted.
+    """Return the interval of each row (n, k), without its nan values.
 
-    Each is one of so many that hold `together` with 95 %.
+    All of `together` such intervals hold with 95 % confidence (Bonferroni).
 
     >>> intervals(np.array([[1.0, 2.0, 3.0, np.nan]])).at(0).count
     3
@@ -111,7 +111,7 @@ def intervals(values: Floats, together: int = 1) -> Intervals:
 
 
 def _student(count: Ints, together: int) -> Floats:
-    """Return Student's t for means of so many values each, nan for fewer than two."""
+    """Return Student's t for means of this many values, nan for fewer than two."""
     confidence, table = 1 - (1 - CONFIDENCE) / together, np.full(int(count.max(initial=2)) + 1, nan)
     for number in np.unique(count[count > 1]).tolist():
         freedom = number - 1
@@ -120,9 +120,7 @@ def _student(count: Ints, together: int) -> Floats:
 
 
 def chance(estimate: Interval) -> float:
-    """Return how probable a mean as far above zero as this would be by chance alone (one-sided).
-
-    nan for fewer than two values.
+    """Return the one-sided probability of a mean this far above zero by chance alone.
 
     >>> round(chance(interval([1.0, 2.0, 3.0])), 3), chance(interval([-1.0, 1.0]))
     (0.037, 0.5)
@@ -166,9 +164,9 @@ def _within(angle: float, freedom: int) -> float:
 
 
 def discoveries(chances: Floats) -> Flags:
-    """Tell which of many findings to believe, so that one in twenty of them is wrong at most.
+    """Tell which of many findings to report, so that at most one in twenty is expected to be wrong.
 
-    `chances` (n,) is how probable each would be by chance alone; nan was not tested.  Benjamini and
+    `chances` (n,) are their probabilities by chance alone; nan was not tested.  Benjamini and
     Hochberg (1995): of the k smallest the largest must be below 5 % k / n.
 
     >>> discoveries(np.array([0.001, 0.03, 0.04, 0.9, nan])).tolist()
@@ -181,7 +179,7 @@ def discoveries(chances: Floats) -> Flags:
 
 
 def short_key(key: str, keys: Sequence[str]) -> str:
-    """Return as many last words of a key as tell it from the others.
+    """Return the last words of a key that distinguish it from the others.
 
     >>> short_key("asvs.count", ["asvs.count"]), short_key("a.count", ["a.count", "b.count"])
     ('count', 'a.count')
@@ -216,7 +214,7 @@ def written(value: Any) -> str:
 
 
 def point_name(point: int, varied: Mapping[str, Any]) -> str:
-    """Return a point's number with what is particular to it.
+    """Return a point's number with its varied values.
 
     >>> point_name(3, {"asvs.count": 2, "navigation.filter.gain": 0.9})
     'point 3 (asvs.count=2, gain=0.9)'
@@ -241,7 +239,7 @@ def points_named(points: Sequence[int]) -> str:
 
 
 def listed(words: Sequence[str]) -> str:
-    """Return words as one says them: a, b and c.
+    """Return words as an enumeration.
 
     >>> listed(["AUV0"]), listed(["AUV0", "AUV1", "AUV2"])
     ('AUV0', 'AUV0, AUV1 and AUV2')

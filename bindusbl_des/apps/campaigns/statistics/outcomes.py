@@ -1,6 +1,4 @@
-"""What the missions of a campaign came to, metrics by point and seed, and what their AUVs got;
-which an AUV may lack.
-"""
+"""Metrics of a campaign by point and seed, of missions and of AUVs, which may lack a value."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -55,7 +53,7 @@ MOST_LETTERS = 300
 
 @cache
 def may_be_missing(metric: str) -> bool:
-    """Tell whether an AUV can be without it: what is measured on fixes, for one that got none.
+    """Tell whether an AUV without fixes has no value of a metric.
 
     >>> may_be_missing("worst_latency_mean_s"), may_be_missing("position_error_m")
     (True, False)
@@ -66,7 +64,7 @@ def may_be_missing(metric: str) -> bool:
 
 
 def lacking(metric: str) -> str:
-    """Return what became of an AUV that has no value of a metric.
+    """Return the words for an AUV without a value of a metric.
 
     >>> lacking("worst_interval_max_s"), lacking("path_error_m")
     ('got fewer than two fixes', 'had no path_error_m')
@@ -77,27 +75,27 @@ def lacking(metric: str) -> str:
 
 @dataclass(frozen=True)
 class Means(Intervals):
-    """The means of a metric at each point; of its missions that went `well` those that are `whole`
-    have a value for every AUV.
+    """The means of a metric at each point, and numbers of missions.
+
+    Of those that went `well`, the `whole` ones have a value for every AUV.
     """
 
     whole: Ints
     well: Ints
 
     def gap(self, point: int) -> str:
-        """Return how many missions of a point are whole, of how many; "" where all are."""
+        """Return the numbers of whole and of all missions of a point; "" if all are whole."""
         whole, well = self.whole[point], self.well[point]
         return f"{whole}/{well}" if whole < well else ""
 
 
 @dataclass(frozen=True)
 class MissionOutcomes:
-    """Missions of so many points that have a row, in the order of the plan; a metric that has no
-    value is nan.
+    """The missions with a row, in the order of the plan; a metric without a value is nan.
 
-    `unserved` tells of metrics in which missions some AUV has none: the worst AUV's metric is nan
-    there, the fleet's mean leaves that AUV out.  `worst` is the number of the worst AUV of each
-    mission, NONE where none is, by the metrics that are the worst AUV's.
+    `unserved` maps metrics to missions in which an AUV has none: the worst AUV's metric is nan
+    there, the fleet's mean leaves that AUV out.  `worst` maps worst-AUV metrics to the number of
+    that AUV in each mission, or NONE.
     """
 
     points: int
@@ -110,22 +108,20 @@ class MissionOutcomes:
     worst: Mapping[str, Ints] = field(default_factory=dict)
 
     def at(self, point: int, metric: str) -> tuple[Ints, Floats]:
-        """Return the seeds of the missions of a point that went well, and their metric."""
+        """Return the seeds and the metric of a point's successful missions."""
         rows = self._rows(point)
         well = self.ok[rows]
         return self.seed[rows][well], self.metrics[metric][rows][well]
 
     def unserved_at(self, point: int, metric: str) -> Flags:
-        """Tell of the missions of a point that went well in which some AUV has no value."""
+        """Tell in which successful missions of a point an AUV has no value."""
         rows = self._rows(point)
         well = self.ok[rows]
         without = self.unserved.get(metric)
         return np.zeros(int(well.sum()), bool) if without is None else without[rows][well]
 
     def who(self, point: int, metric: str, seeds: Ints | None = None) -> Counter[str]:
-        """Return in how many missions of a point, of all or of some seeds, each AUV was the worst
-        by a metric, most first.
-        """
+        """Return how often each AUV was the worst by a metric at a point, most often first."""
         rows = self._rows(point)
         if metric not in self.worst:
             return Counter()
@@ -138,7 +134,7 @@ class MissionOutcomes:
         return Counter({f"AUV{auv}": int(times[auv]) for auv in most.tolist() if times[auv]})
 
     def by_seed(self, metric: str) -> Floats:
-        """Return a metric (points, seeds) over all seeds that occur, nan where it has no value."""
+        """Return a metric (points, seeds) over all seeds, nan without a value."""
         seeds, column = self._columns
         table = np.full((self.points, max(seeds, 1)), np.nan)
         table[self.point[self.ok], column[self.ok]] = self.metrics[metric][self.ok]
@@ -146,12 +142,12 @@ class MissionOutcomes:
 
     @cached_property
     def _columns(self) -> tuple[int, Ints]:
-        """How many seeds occur, and which of them in ascending order each mission has."""
+        """The number of different seeds, and each mission's index among the sorted seeds."""
         seeds, column = np.unique(self.seed, return_inverse=True)
         return len(seeds), column
 
     def means(self, metric: str) -> Means:
-        """Return the mean of a metric at each point, and in how many missions every AUV has it."""
+        """Return the means of a metric at each point, with numbers of missions."""
         known = intervals(self.by_seed(metric))
         without = np.asarray(self.unserved.get(metric, False))
         has = self.ok & ~np.isnan(self.metrics[metric]) & ~without
@@ -160,12 +156,12 @@ class MissionOutcomes:
 
     @cached_property
     def well(self) -> Ints:
-        """How many missions (points,) went well."""
+        """The number of successful missions (points,)."""
         return np.bincount(self.point[self.ok], minlength=self.points)
 
     @cached_property
     def ran(self) -> Ints:
-        """How many missions (points,) have a row."""
+        """The number of missions with a row (points,)."""
         return np.bincount(self.point, minlength=self.points)
 
     def seeds(self, point: int) -> set[int]:
@@ -182,10 +178,10 @@ class MissionOutcomes:
 
 
 def outcomes(folder: Path, metrics: Sequence[str], points: int) -> MissionOutcomes:
-    """Read metrics of all missions of a campaign of so many points that have a row.
+    """Read metrics of all missions of a campaign that have a row.
 
     Raises:
-        CampaignError: when an older version ran it, which did not record one of them.
+        CampaignError: when an older version did not record one of them.
     """
     metrics = list(dict.fromkeys(metrics))
     lacking = [name for name in metrics if may_be_missing(name)]
@@ -221,7 +217,7 @@ def _unserved(worst: Floats, who: Ints) -> Flags:
 
 
 def auv_numbers(names: pa.ChunkedArray) -> Ints:
-    """Return the numbers of AUVs of which a column has the names; NONE where it has none."""
+    """Return the numbers of AUVs from a column of names; NONE for a missing name."""
     places, words = coded(names)
     numbers = [NONE if name is None else int(name.removeprefix("AUV")) for name in words]
     found: Ints = np.array(numbers, np.int64)[places]
@@ -231,8 +227,7 @@ def auv_numbers(names: pa.ChunkedArray) -> Ints:
 def metric_by_metric(
     folder: Path, metrics: Sequence[str], plan: ExperimentPlan
 ) -> Iterator[tuple[str, MissionOutcomes]]:
-    """Yield each of many metrics of a campaign with what has its values; some metrics are in memory
-    at a time.
+    """Yield each metric with outcomes that hold it, so that few metrics are in memory at a time.
 
     Raises:
         CampaignError: as :func:`outcomes`.
@@ -245,10 +240,7 @@ def metric_by_metric(
 
 
 def failed_because(folder: Path) -> str:
-    """Return why missions of a campaign failed, to stand behind how many; "" where none did.
-
-    Of several errors it is that of most missions, and of how many.
-    """
+    """Return the most frequent error of failed missions, as words after their number; or ""."""
     rows = read_table(folder, MISSIONS, ("error",))
     if rows is None or rows["error"].null_count == len(rows):
         return ""
@@ -300,9 +292,9 @@ def unit(metric: str) -> str:
 
 @dataclass(frozen=True)
 class Fleets:
-    """A row per AUV of each mission that went well: its point, seed, number and metrics.
+    """A row for each AUV of each successful mission: its point, seed, number and metrics.
 
-    A metric that has no value is nan.
+    A metric without a value is nan.
     """
 
     point: Ints
@@ -311,7 +303,7 @@ class Fleets:
     metrics: Mapping[str, Floats]
 
     def by_seed(self, metric: str) -> tuple[list[tuple[int, int]], Floats]:
-        """Return point and number of every AUV, and their metric (AUVs, seeds), nan for none."""
+        """Return point and number of every AUV, and their metric (AUVs, seeds), nan if missing."""
         who, row, seeds, column = self._cells
         table = np.full((len(who), seeds), np.nan)
         table[row, column] = self.metrics[metric]
@@ -326,14 +318,14 @@ class Fleets:
         return [divmod(number, auvs) for number in who.tolist()], row, len(seeds), column
 
     def without(self, point: int, metric: str, seeds: Ints) -> dict[str, int]:
-        """Return in how many of some missions of a point each AUV has no value, most first."""
+        """Return how many missions of a point leave each AUV without a value, most first."""
         here = (self.point == point) & np.isin(self.seed, seeds)
         return _counted(self.auv[here & np.isnan(self.metrics[metric])])
 
 
 @dataclass(frozen=True)
 class Starved:
-    """AUVs that got no fix at a point, each in how many of its missions."""
+    """AUVs without any fix at a point, each with the number of such missions."""
 
     point: int
     missions: int
@@ -341,10 +333,10 @@ class Starved:
 
 
 def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
-    """Read metrics of all AUVs of a campaign's missions that went well.
+    """Read metrics of all AUVs of a campaign's successful missions.
 
     Raises:
-        CampaignError: when an older version ran it, which did not record one of them.
+        CampaignError: when an older version did not record one of them.
     """
     rows = read_table(folder, "auvs", ("point", "seed", "auv", *metrics))
     if rows is None:
@@ -361,7 +353,7 @@ def fleets(folder: Path, metrics: Sequence[str]) -> Fleets:
 
 
 def starved(found: Fleets) -> list[Starved]:
-    """Return the points at which some AUV got no fix in some mission, those with most first."""
+    """Return the points at which an AUV got no fix in some mission, most missions first."""
     none = found.metrics["fixes_delivered"] == 0
     well = np.bincount(found.point[found.auv == 0])  # every mission has that AUV
     order = np.argsort(found.point[none], kind="stable")

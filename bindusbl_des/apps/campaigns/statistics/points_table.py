@@ -1,6 +1,4 @@
-"""The points of a campaign in a table, for the terminal, as a frame and for LaTeX, each with its
-means, and what their intervals contain: what differs between seeds, and what does not.
-"""
+"""Points of a campaign as a table (terminal, frame, LaTeX), and what their intervals contain."""
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
@@ -41,10 +39,10 @@ DRIFTS = ("percent_of_distance", "m_per_hour")
 
 
 def in_intervals(plan: ExperimentPlan, points: Iterable[int]) -> str:
-    """Return what the intervals over seeds of some points are made of, in sentences, if any.
+    """Return in sentences which errors differ between the seeds of some points, and which do not.
 
-    An interval over seeds knows only what seeds change.  A velocity bias that is the same for every
-    AUV and seed is no chance, however uncertain the inertial system is that it stands for.
+    An interval over seeds contains only what seeds change.  A velocity bias that is the same for
+    every AUV and seed does not contribute, however uncertain it is for a real inertial system.
     """
     if len(plan.experiment.seeds) < 2:
         return "One seed shows no interval."
@@ -99,10 +97,10 @@ COLUMNS = {
 
 
 def points_rows(folder: Path, plan: ExperimentPlan) -> pa.Table:
-    """Return a row per metric and point: mean, 95 % interval, and of how many missions.
+    """Return a row for each metric and point: mean, 95 % interval, numbers of missions.
 
     Raises:
-        CampaignError: when an older version ran it, which did not record a metric.
+        CampaignError: when an older version did not record a metric.
     """
     names, points = mission_numbers(), len(plan.points)
     known = [found.means(name) for name, found in metric_by_metric(folder, names, plan)]
@@ -182,8 +180,9 @@ def _in_latex(known: Interval, missions: int) -> str:
 
 
 def settled(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[tuple[int, bool]]:
-    """Yield how many of its seeds each point needs as far as is known, and whether its intervals
-    are as narrow then as was asked.  A point at which all missions fail needs no more.
+    """Yield how many seeds each point needs by the present results, and if its targets are met.
+
+    A point at which all missions fail needs no more.
     """
     most = len(plan.experiment.seeds)
     for first in range(0, len(plan), most):
@@ -213,9 +212,9 @@ MOST_ROWS = 40
 
 
 def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
-    """Return a row per point: its values, missions, what its worst AUV got; then the findings.
+    """Return a table with a row for each point, then the findings.
 
-    Means are over the missions that went well, with 95 % intervals.
+    Means are over successful missions, with 95 % intervals.
     """
     targets = plan.experiment.until_ci
     wanted = [*(metric[0] for metric in METRICS), *(target.metric for target in targets)]
@@ -234,7 +233,7 @@ def points_table(folder: Path, plan: ExperimentPlan, said: Findings) -> str:
 
 
 def _told(plan: ExperimentPlan, said: Findings, columns: Sequence[str]) -> Iterator[str]:
-    """Yield what the columns are, what the missions show, and what the intervals contain."""
+    """Yield the meanings of columns, the findings, and what the intervals contain."""
     yield filled(
         f"Of each mission's worst AUV: {'; '.join(columns)}. Mean +- 95 % confidence interval over "
         f"seeds (Student's t). {in_intervals(plan, range(len(plan.points)))}"
@@ -244,7 +243,7 @@ def _told(plan: ExperimentPlan, said: Findings, columns: Sequence[str]) -> Itera
 
 
 def _reached(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[str]:
-    """Yield how often the intervals became as narrow as was asked, and over how many missions."""
+    """Yield how many points met their targets, and with how many missions."""
     targets = plan.experiment.until_ci
     if not targets:
         return
@@ -259,13 +258,13 @@ def _reached(plan: ExperimentPlan, found: MissionOutcomes) -> Iterator[str]:
 
 
 def _well(found: MissionOutcomes, point: int) -> str:
-    """Return how many missions went well, of how many if some failed."""
+    """Return the number of successful missions, and of all if some failed."""
     well, ran = found.well[point], found.ran[point]
     return f"{well}/{ran}" if well < ran else str(well)
 
 
 def _who(found: MissionOutcomes, point: int) -> str:
-    """Return the AUV that is the worst of most missions of a point, marked if not of all."""
+    """Return the AUV that is most often the worst at a point, marked if not always."""
     who = found.who(point, JUDGED[0])
     if not who:
         return "-"
@@ -282,10 +281,10 @@ def _cell(found: MissionOutcomes, point: int, metric: str, digits: int | None) -
 
 
 def _lines(rows: list[list[str]]) -> tuple[list[str], int]:
-    """Return the rows in columns, and how many of METRICS they have; where they get too wide, long
-    keys have letters, told above.
+    """Return the rows in columns, and how many of METRICS they have.
 
-    If that is not enough, the last metrics are left to the report; then values give way.
+    In wide tables long keys get letters, which a line above explains; if still too wide, the last
+    metrics are left out, then values.
     """
     head, *points = rows
     last = len(head) - len(METRICS) - 2

@@ -1,1 +1,1 @@
-"""How a campaign lies on the disk: its folder and record, its tables in parts, parts joined."""
+"""A campaign on the disk: its folder and record, and its tables in parts, which can be joined."""

@@ -1,5 +1,6 @@
-"""The folder of a campaign: its lock, where everything lies, and its record `campaign.json`, which
-may be somebody else's and is checked before it is used.
+"""The folder of a campaign: its lock, its files, and its record `campaign.json`.
+
+Another user may have written the record, so it is checked before use.
 """
 
 import json
@@ -69,10 +70,10 @@ class _Record(_Section):
 
 
 def check_record(record: Any) -> None:
-    """Refuse a record that lacks something or holds what it cannot.
+    """Refuse an incomplete or invalid record.
 
     Raises:
-        ValueError: naming the first key that is wrong.
+        ValueError: naming the first wrong key.
     """
     try:
         _Record.model_validate(record)
@@ -106,7 +107,7 @@ ANEW = "sweep the experiment anew into another folder"
 
 
 class CampaignError(ValueError):
-    """A campaign cannot be run, continued or read; the message says why and what to do."""
+    """A campaign cannot be run, continued or read; the message says why, and the remedy."""
 
 
 class DamagedRecord(CampaignError):
@@ -114,7 +115,7 @@ class DamagedRecord(CampaignError):
 
 
 def read_record(folder: Path) -> dict[str, Any]:
-    """Return what `campaign.json` holds.
+    """Return the record `campaign.json`.
 
     Raises:
         CampaignError: when the folder is no campaign's, or of another version.
@@ -165,7 +166,7 @@ def write_scenario(folder: Path, given: Mapping[str, Any]) -> None:
 
 
 def damaged_record(folder: Path, error: Exception) -> CampaignError:
-    """Return what to tell of a `campaign.json` that cannot be used, in one line."""
+    """Return the error for a `campaign.json` that cannot be used, in one line."""
     if isinstance(error, PermissionError):
         return CampaignError(unreadable(folder / RECORD, error))
     said = printable((str(error).splitlines() or [""])[0])[:200]
@@ -180,7 +181,7 @@ def write_json(path: Path, data: Mapping[str, Any]) -> None:
 
 
 def clean(folder: Path) -> None:
-    """Remove what killed processes left half written."""
+    """Remove half-written files of killed processes."""
     for pattern in (".*.tmp", f".*{DRAFT}"):
         for leftover in (*folder.glob(pattern), *folder.glob(f"*/{pattern}")):
             leftover.unlink(missing_ok=True)

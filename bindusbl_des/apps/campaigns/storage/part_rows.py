@@ -1,5 +1,6 @@
-"""Rows of a campaign's tables, of one part or of all that count, none of which is read unchecked;
-and parts put together in the order of the plan, read forward: some thousand rows are in memory.
+"""Rows of a campaign's tables, checked before they are read; and parts joined in the plan's order.
+
+Joining reads parts forward, with some thousand rows in memory.
 """
 
 import json
@@ -43,7 +44,7 @@ MOST_APART = 256
 def read_part(
     folder: Path, table: str, part: str, columns: Sequence[str] | None = None
 ) -> pa.Table | None:
-    """Return a part of a table, None where it has none.
+    """Return a part of a table, or None.
 
     Raises:
         CampaignError: when it is damaged.
@@ -116,8 +117,7 @@ def read_table(folder: Path, table: str, columns: Sequence[str] | None = None) -
 
 
 def of_mission(folder: Path, mission: int) -> dict[str, pa.Table] | None:
-    """Return the rows of a mission by its number, of each table that was kept; None where it has
-    none.
+    """Return the rows of a mission, by its number, from each kept table; None if it has none.
 
     Raises:
         CampaignError: when its part is damaged.
@@ -206,7 +206,7 @@ def done(folder: Path, plan_sha256: str | None = None) -> Done:
 
 
 def done_of(folder: Path, part: str) -> Done:
-    """Return the missions of a part; its rows are read only where its record does not have them.
+    """Return the missions of a part, from its record or else from its rows.
 
     Raises:
         CampaignError: when it is damaged.
@@ -223,7 +223,7 @@ def _by_rows(folder: Path, part: str) -> Done:
 
 
 def _in_peace(folder: Path, read: Callable[[Sequence[str]], Read]) -> Read:
-    """Return what was read of the parts that count; again, where they were joined meanwhile."""
+    """Return what was read from the parts that count; read again if they were joined meanwhile."""
     while True:
         parts = committed(folder)
         try:
@@ -234,7 +234,7 @@ def _in_peace(folder: Path, read: Callable[[Sequence[str]], Read]) -> Read:
 
 
 def labelled(table: pa.Table, labels: Mapping[str, pa.Array]) -> pa.Table:
-    """Return a table with columns that say of which mission each row is put before its own."""
+    """Return a table with the columns that identify each row's mission put first."""
     own = [(table.schema.field(n), table.column(n)) for n in table.schema.names if n not in labels]
     fields = [pa.field(name, array.type) for name, array in labels.items()]
     columns = [*labels.values(), *(column for _, column in own)]
@@ -253,8 +253,9 @@ ARROW_TYPES = {
 def varied_columns(
     kinds: Mapping[str, str], varied: Sequence[Mapping[str, Any]]
 ) -> dict[str, pa.Array]:
-    """Return varied keys, by their kinds, as columns with a value for each of some points or
-    missions; what is no number or text is written as JSON.
+    """Return the varied keys as columns with a value for each point or mission.
+
+    Values other than numbers and texts are written as JSON.
     """
     columns = {}
     for key, kind in kinds.items():
@@ -311,9 +312,7 @@ def _join(
 
 
 def _taken(sources: Sequence[Source], each: Sequence[Done], kept: Flags) -> dict[Source, Ints]:
-    """Return which missions are taken from which part: of those that are kept, each from the first
-    that has it.
-    """
+    """Return which missions come from which part: each from the first that has it."""
     numbers, first = np.unique(np.concatenate([own.numbers for own in each]), return_index=True)
     of = np.repeat(np.arange(len(each)), list(map(len, each)))[first][kept]
     order = np.argsort(of, kind="stable")
@@ -380,9 +379,9 @@ def _pieces(table: str, taken: Mapping[Source, Ints]) -> Iterator[pa.Table]:
 
 
 class _Forward:
-    """The rows of missions that are taken from a part of a table, from the first to the last.
+    """The rows of missions taken from a part of a table, first to last.
 
-    `rest` is what has not been yielded of the piece in memory; None when all has been.
+    `rest` is the unread piece in memory, or None.
     """
 
     def __init__(self, at: tuple[Path, str, str], taken: Ints) -> None:
