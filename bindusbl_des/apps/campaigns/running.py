@@ -1,4 +1,4 @@
-"""How a campaign is begun, run and continued, and its shards are joined."""
+"""Begin, run and continue a campaign; join its shards."""
 
 import errno
 import json
@@ -66,11 +66,11 @@ LONGEST_LIMIT_S = 1e9
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How a campaign is run, which changes nothing of what it finds.
+    """How a campaign is run, without effect on its results.
 
     Raises:
         TypeError: when `progress` cannot be called.
-        ValueError: when the time that a mission may take is no time, or no worker is asked for.
+        ValueError: when the time limit of a mission or the number of workers is invalid.
     """
 
     workers: int | None = None
@@ -109,11 +109,11 @@ class HowToRun(TypedDict, total=False):
 
 
 def settings_of(given: Mapping[str, Any], function: Callable[..., Any]) -> RunSettings:
-    """Return the settings that were given to a function by name.
+    """Return the settings given to a function by name.
 
     Raises:
-        TypeError: when it takes none of that name, naming the nearest.
-        ValueError: when the time that a mission may take is no time.
+        TypeError: when a name does not exist, naming the nearest.
+        ValueError: when the time limit of a mission is invalid.
     """
     names = tuple(HowToRun.__annotations__)
     for name in given:
@@ -145,30 +145,30 @@ def sweep(
     """Run every mission of an experiment; return the campaign, which the folder `out` keeps.
 
     `experiment` is a scenario, or the path of a scenario or an experiment file, or the name of one
-    that ships.  Over it are laid `vary` (dotted keys, each with its values, or with a range such as
-    ``"2:5"``: every combination is a point) or `points` (a mapping of dotted keys to values for
-    each, or a frame with a row for each), `seeds` (N for 0 to N - 1, or those to take; 1 unless the
-    file says), `detail` ("summary" or "full", which keeps the event tables) and `until_ci` (metrics
+    that ships.  These arguments replace its values: `vary` (dotted keys, each with its values, or
+    with a range such as ``"2:5"``: every combination is a point) or `points` (a mapping of dotted
+    keys to values for each, or a frame with a row for each), `seeds` (N for 0 to N - 1, or a list;
+    default 1), `detail` ("summary" or "full", which keeps the event tables) and `until_ci` (metrics
     with the half width of their 95 % confidence interval at which a point stops, such as ``"5%"``).
     `shard` (i, N) runs the i-th of N shares.
 
-    Without `out` the campaign lies in a temporary folder that goes with the campaign; its `write`
-    keeps it.  Interrupted or killed, a campaign in a folder is continued by `resume`, or by the
-    same call again.
+    Without `out` the campaign lies in a temporary folder, which is removed with the campaign unless
+    its `write` copies it.  `resume`, or the same call again, continues an interrupted campaign in a
+    folder.
 
-    Settings: `workers` (processes at once, one per CPU), `backend` ("local" or "dask:ADDRESS"),
-    `quiet` (False: progress is shown, True: it is not; None: in notebooks it is), `progress` (a
+    Settings: `workers` (processes, default one per CPU), `backend` ("local" or "dask:ADDRESS"),
+    `quiet` (False: progress is shown, True: it is not; None: not in notebooks), `progress` (a
     function that is called with the :class:`CampaignState` after each batch of missions) and
-    `mission_timeout_s` (s; a mission that takes longer is ended and counts as failed).  Plug-ins
-    (``module:object``) are loaded with `allow_plugins` only, or where they were admitted before.
+    `mission_timeout_s` (s; a longer mission is ended and counts as failed).  Plug-ins
+    (``module:object``) are loaded only with `allow_plugins`, or after an earlier permission.
 
     Raises:
         ScenarioError: when a file, a key or a value is wrong, listing every mistake.
-        TypeError: when an argument is of another kind, or there is none of that name.
+        TypeError: when an argument has another type, or a name that does not exist.
         PluginError: when a plug-in is not allowed.
         CampaignError: when the folder cannot take a new campaign.
         CampaignInterrupted: at Ctrl-C, once the missions under way are finished.
-        NotWritten: when the disk is full or the folder gone; what was written counts.
+        NotWritten: when the disk is full or the folder gone; written rows count.
     """
     how = settings_of(settings, sweep)
     if out is not None and not isinstance(out, str | Path):
@@ -202,7 +202,7 @@ def sweep(
 
 
 def remove_own(folder: Path, owner: int) -> None:
-    """Remove the folder of what is no longer used, but in its own process only."""
+    """Remove a temporary folder, but only in the process that made it."""
     if os.getpid() == owner:
         rmtree(folder, ignore_errors=True)
 
@@ -210,7 +210,7 @@ def remove_own(folder: Path, owner: int) -> None:
 def _swept(
     plan: ExperimentPlan, folder: Path, shard: Shard | None, settings: RunSettings
 ) -> Campaign:
-    """Run a campaign in a new folder, or go on with it in its own."""
+    """Run a campaign in a new folder, or continue it in its own."""
     check_name(folder)
     pool_for(settings.backend, 1).close()  # refused before anything is written
     if restore_record(folder, plan, shard) or is_unfinished(folder, plan, shard):
@@ -234,7 +234,7 @@ def _swept(
 
 
 def _empty(folder: Path) -> None:
-    """Remove what lies in a folder that was empty when this process locked it."""
+    """Remove the contents of a folder that was empty when this process locked it."""
     for path in folder.iterdir():
         if path.name == LOCK:
             continue
@@ -245,9 +245,7 @@ def _empty(folder: Path) -> None:
 
 
 def check_plugins(plan: ExperimentPlan, allowed: bool) -> None:
-    """Load the plug-ins of a plan, before any worker does; refuse one that is not allowed, or that
-    no worker would find.
-    """
+    """Load the plug-ins of a plan; refuse one that is not allowed, or that workers lack."""
     if allowed:
         allow(name for _, name in plan.plugins.values())
     for family, name in plan.plugins.values():
@@ -267,17 +265,17 @@ def resume(
     tell: Callable[[str], None] = _warn,
     **settings: Unpack[HowToRun],
 ) -> Campaign:
-    """Run what is missing of a campaign, and again what is damaged, of which it will `tell`.
+    """Run the missing missions of a campaign, and those of damaged parts, each reported by `tell`.
 
-    `retry_failed` also runs missions again that failed.  Its plug-ins must be allowed again.
-    Settings: as for `sweep`.
+    With `retry_failed` failed missions run again, too.  Plug-ins must be allowed again. Settings:
+    as for `sweep`.
 
     Raises:
         PluginError: when a plug-in is not allowed.
-        CampaignError: when the model, a track or an own part has changed since, when the folder
-            holds links, or another process runs it.
+        CampaignError: when the model, a track or a user-defined part has changed since, when the
+            folder holds links, or another process runs it.
         CampaignInterrupted: at Ctrl-C, once the missions under way are finished.
-        NotWritten: when the disk is full or the folder gone; what was written counts.
+        NotWritten: when the disk is full or the folder gone; written rows count.
     """
     how = settings_of(settings, resume)
     return _resumed(Path(folder), how, tell, retry_failed, allow_plugins)
@@ -290,7 +288,7 @@ def _resumed(
     retry_failed: bool = False,
     allow_plugins: bool = False,
 ) -> Campaign:
-    """Run what is missing of a campaign."""
+    """Run the missing missions of a campaign."""
     campaign = unfinished_campaign(folder)
     check_unchanged(campaign)
     check_plugins(campaign.plan, allow_plugins)
@@ -305,14 +303,14 @@ def _resumed(
 
 
 def laid_out(plan: ExperimentPlan, folder: Path, shard: Shard | None = None) -> Campaign:
-    """Write what the missions of a plan are made of into an empty folder; return the campaign."""
+    """Write the record, scenario and files of a plan into an empty folder; return the campaign."""
     keep(plan.files, folder)
     write_scenario(folder, portable(plan.experiment.given))
     return Campaign(folder, plan, first_record(plan, shard))
 
 
 def mended(campaign: Campaign) -> list[str]:
-    """Clear away what killed processes left; set damaged parts aside, return a line for each."""
+    """Remove leftovers of killed processes; set damaged parts aside, return a line for each."""
     clean(campaign.folder)
     damaged = set_aside(campaign.folder, campaign.record["plan_sha256"])
     clean_parts(campaign.folder)
@@ -320,7 +318,7 @@ def mended(campaign: Campaign) -> list[str]:
 
 
 def first_record(plan: ExperimentPlan, shard: Shard | None) -> dict[str, Any]:
-    """Return what `campaign.json` holds when a campaign begins."""
+    """Return the first record `campaign.json` of a campaign."""
     base = plan.experiment.base()
     return {
         "format": FORMAT,
@@ -339,7 +337,7 @@ def first_record(plan: ExperimentPlan, shard: Shard | None) -> dict[str, Any]:
 
 
 def restore_record(folder: Path, plan: ExperimentPlan, shard: Shard | None) -> bool:
-    """Write a damaged `campaign.json` anew where missions of the same plan lie; tell whether."""
+    """Rewrite a damaged `campaign.json` beside missions of the same plan; tell whether it did."""
     if not (folder / RECORD).is_file() or is_locked(folder):
         return False
     try:
@@ -359,10 +357,10 @@ def restore_record(folder: Path, plan: ExperimentPlan, shard: Shard | None) -> b
 
 @contextmanager
 def at_run(campaign: Campaign, **more: Any) -> Iterator[Campaign]:
-    """Have the record of a campaign say that it runs, with `more`, and at the end its `status`.
+    """Mark a campaign's record as running in the block, with `more`, and write its status after it.
 
-    The folder is ours.  The caller sets the status of the record that is yielded; an interrupt, or
-    a disk that cannot be written, has one of its own.
+    This process holds the folder's lock.  The caller sets the status of the yielded record; an
+    interrupt and an error of writing set their own.
 
     Raises:
         NotWritten: when the record cannot be written.
@@ -391,7 +389,7 @@ def at_run(campaign: Campaign, **more: Any) -> Iterator[Campaign]:
 
 
 def _run(campaign: Campaign, settings: RunSettings) -> Campaign:
-    """Run the missing missions of a campaign whose folder is ours."""
+    """Run the missing missions of a campaign whose folder this process has locked."""
     folder = campaign.folder
     with at_run(campaign) as campaign:
         missing = campaign.missing()
@@ -414,7 +412,7 @@ def _wait_or_end(asked: int) -> None:
 
 
 def _run_missing(campaign: Campaign, missing: Ints, settings: RunSettings) -> Ints:
-    """Run missions, and those that turn out to be wanted; return what an interrupt left."""
+    """Run missions, and those that targets then need; return the ones that an interrupt left."""
     workers = min(settings.workers or os.cpu_count() or 1, len(missing))
     is_quiet = not in_notebook() if settings.quiet is None else settings.quiet
     progress, before = Progress(quiet=is_quiet), campaign.done()
@@ -456,7 +454,7 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
 
     Raises:
         CampaignError: when they belong to different campaigns, or the folder is not new; if it
-            came to exist meanwhile, they are joined in one beside it, which the message names.
+            came to exist meanwhile, the message names the folder beside it with the result.
         OSError: when it cannot be written; nothing of it is left then.
     """
     campaigns = [load_campaign(folder) for folder in folders]
@@ -483,7 +481,7 @@ def merge(folders: Sequence[str | Path], out: str | Path) -> Campaign:
 
 
 def _joined(campaigns: Sequence[Campaign], folder: Path) -> Campaign:
-    """Write the missions of several shards into a folder that is there and empty."""
+    """Write the missions of several shards into an existing empty folder."""
     first = campaigns[0]
     merged = laid_out(first.plan, folder)
     merge_parts([campaign.folder for campaign in campaigns], folder)
@@ -498,7 +496,7 @@ def _joined(campaigns: Sequence[Campaign], folder: Path) -> Campaign:
 
 
 def _difference(one: Mapping[str, Any], other: Mapping[str, Any]) -> str:
-    """Return the first thing in which two campaigns differ."""
+    """Return the first difference between two campaigns."""
     for part in {**one["own_parts"], **other["own_parts"]}:
         if one["own_parts"].get(part) != other["own_parts"].get(part):
             return f"the source of {part} is another"

@@ -396,7 +396,7 @@ def _first_drawn(record: Record, chart: Record) -> int:
 
 
 def _shades(chart: Record) -> dict[str, Any]:
-    """Return the values that shade each team's map."""
+    """Return the prediction that shades each team's map, or None."""
     return {n: told and told["shade"] for n, told in chart["forecasts"].items()}
 
 

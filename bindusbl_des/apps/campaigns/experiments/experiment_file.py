@@ -34,7 +34,7 @@ from .point_checks import DETAIL, check_points, plugins_in, without_effect
 
 DETAILS = ("summary", "full")
 
-# Of points, so many are tried to find one that makes a scenario of what is none without them.
+# The most points to try for one that completes an invalid base scenario.
 MOST_TRIED = 100
 
 NO_OPTIONS = Options()
@@ -63,7 +63,7 @@ def load_experiment(
 def document_of(
     given: str | FilePath | Scenario, options: Options | PythonArguments = NO_OPTIONS
 ) -> tuple[Document, Source | None]:
-    """Return the experiment that a path or a scenario stands for, and where a scenario stands.
+    """Return the experiment of a path or a scenario, and the source of a scenario.
 
     Raises:
         ScenarioError: when the file cannot be read, or holds no keys.
@@ -87,9 +87,9 @@ def experiment_in(
     *,
     allow_plugins: bool = False,
 ) -> Experiment:
-    """Return the experiment that a document holds, options laid over it.
+    """Return the experiment in a document, with options laid over it.
 
-    `source` is where its scenario stands, if that is in no file.
+    `source` is its scenario's source, if not a file that it names.
 
     Raises:
         ScenarioError: listing every mistake, with those that were in the document before.
@@ -122,7 +122,7 @@ def experiment_in(
 
 
 def _as_now(document: Document, points: Points, places: Places) -> tuple[Points, Places]:
-    """Return points with their keys as they are spelt now; each former one is a warning."""
+    """Return points with present names of keys; each former name is a warning."""
     former = {key: at[key] for at in reversed(places) for key in at if former_keys.is_former(key)}
     for key, path in former.items():
         place = document.values.get(path, FilePlace(document.file))
@@ -139,7 +139,7 @@ def _as_now(document: Document, points: Points, places: Places) -> tuple[Points,
 def _unloaded(
     reading: Reading, document: Document, points: Points, places: Places
 ) -> tuple[Mistake, ...]:
-    """Return the plug-ins that points name, and those of the scenario that some point keeps."""
+    """Return the plug-ins of points, and those of the scenario that some point keeps."""
     kept = (
         mistake for mistake in reading.unloaded if not all(mistake.key in point for point in points)
     )
@@ -147,7 +147,7 @@ def _unloaded(
 
 
 def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
-    """Return the warnings that hold at every point: those with no varied key in them or behind."""
+    """Return the warnings that hold at every point, which depend on no varied key."""
     changed = {"record.detail", *varied}
 
     def holds(key: str) -> bool:
@@ -161,7 +161,7 @@ def _fixed(reading: Reading, varied: set[str]) -> tuple[Mistake, ...]:
 
 
 def _document(path: FilePath, options: Options | PythonArguments) -> tuple[Document, Source | None]:
-    """Return the experiment that a file holds, or the one of a scenario's, with that."""
+    """Return the experiment of a file, or that of a scenario's file with the scenario."""
     text = read_text(path)
     document = read_yaml(text, str(path))
     if not is_experiment(document.data) and (options or is_scenario(document.data)):
@@ -174,16 +174,16 @@ def _document(path: FilePath, options: Options | PythonArguments) -> tuple[Docum
 def of_scenario_file(
     path: FilePath, text: str, data: Any, overrides: tuple[str, ...]
 ) -> tuple[Document, Source]:
-    """Return the experiment that runs a scenario's file as it is, and the scenario that was read.
+    """Return the experiment that runs a scenario's file unchanged, and the scenario as read.
 
-    It is not read again: a pipe can be read once.
+    The file is not read again, since a pipe can be read only once.
     """
     source = Source(text, str(path), path.parent, overrides)
     return of_scenario(str(path), data, path.name), source
 
 
 def of_scenario(file: str, data: Any, scenario: str) -> Document:
-    """Return the experiment that runs a scenario as it is; what is wrong in it is told later."""
+    """Return the experiment that runs a scenario unchanged; its mistakes are reported later."""
     name = data.get("name") if isinstance(data, dict) else None
     named = {"name": name[:LONGEST_NAME]} if isinstance(name, str) and _is_name(name) else {}
     document = Document(file, {**named, "scenario": scenario})
@@ -285,7 +285,7 @@ def _listed_seeds(document: Document, seeds: list[Any]) -> Sequence[int]:
 
 
 def _check_overrides(document: Document, overrides: Sequence[str], points: Points) -> None:
-    """Note what is set although points, or the experiment's `detail`, would decide it."""
+    """Report `--set` of keys that points, or the experiment's `detail`, decide."""
     varied = dict.fromkeys(key for point in points for key in point)
     for text in overrides:
         key = former_keys.key_now(text.partition("=")[0].strip())
@@ -299,7 +299,7 @@ def _check_overrides(document: Document, overrides: Sequence[str], points: Point
 
 
 def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) -> Source | None:
-    """Return the scenario that the experiment names; what prevents it goes to the document."""
+    """Return the scenario that the experiment names; errors go to the document."""
     if "scenario" not in document.data:
         if not any(mistake.key in ("scenario", "") for mistake in document.mistakes):
             place = FilePlace(document.file, 1, 1)
@@ -328,8 +328,8 @@ def _source(document: Document, folder: FilePath, overrides: tuple[str, ...]) ->
 def _reading(document: Document, source: Source | None, points: Points) -> Reading | None:
     """Return the scenario of the experiment; its mistakes join the experiment's.
 
-    What every point sets is not the scenario's to say: where it is none by itself, it has that of
-    the first point with which it is one.
+    Keys that every point sets may be missing: an invalid scenario takes them from the first point
+    that makes it valid.
     """
     if source is None:
         return None
@@ -345,7 +345,7 @@ def _reading(document: Document, source: Source | None, points: Points) -> Readi
 
 
 def _set_by_all(points: Points) -> Iterator[list[str]]:
-    """Yield, as options, what each of some points sets of the keys that all of them set."""
+    """Yield as options, for some points, the values of the keys that all points set."""
     shared = [key for key in points[0] if all(key in point for point in points)] if points else []
     for point in points[: MOST_TRIED * bool(shared)]:
         keys = {key: point[key] for key in shared}

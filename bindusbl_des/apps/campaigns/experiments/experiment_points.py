@@ -27,12 +27,12 @@ OF_PLANS = ("goal", "candidates", "confidence", "budget_s", "cost")
 
 
 def is_plan(data: Any) -> bool:
-    """Tell whether data are those of a plan's file, right or wrong, and of no other."""
+    """Tell whether data have keys that only a plan's file has, valid or not."""
     return isinstance(data, dict) and any(key in data for key in OF_PLANS)
 
 
 def is_experiment(data: Any) -> bool:
-    """Tell whether data are those of an experiment file, right or wrong."""
+    """Tell whether data have keys of an experiment file, valid or not."""
     return isinstance(data, dict) and any(key in data for key in KEYS if key != "name")
 
 

@@ -1,5 +1,5 @@
-"""What is laid over an experiment: ``--vary key=v1,v2`` or, in Python, ``vary={key: [v1, v2]}``;
-what is ``--set`` is laid over its scenario.
+"""Options laid over an experiment (``--vary key=v1,v2``; in Python ``vary={key: [v1, v2]}``) and
+over its scenario (``--set``).
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,7 +19,7 @@ Keyed = tuple[str, str, Any, FilePlace]
 
 @dataclass(frozen=True)
 class Options:
-    """What was asked for besides the file; None and () leave the file as it is."""
+    """Values given beside the file; None and () leave the file's values."""
 
     vary: tuple[str, ...] = ()
     until_ci: tuple[str, ...] = ()
@@ -31,11 +31,11 @@ class Options:
         return self != Options()
 
     def place(self, name: str, value: Any) -> FilePlace:
-        """Return where a value of an option stands."""
+        """Return the place of an option's value."""
         return FilePlace(f"--{name} {as_written(value)}")
 
     def keyed(self, document: Document) -> Iterator[Keyed]:
-        """Yield what is given key by key; what cannot be read goes to the document."""
+        """Yield the values given by key; unreadable ones go to the document."""
         for section, texts, form, yaml in (
             ("vary", self.vary, "dotted.key=value,value,..., such as asvs.count=2,3", "[{}]"),
             ("until_ci", self.until_ci, "METRIC=WIDTH, such as position_error_m=5%", "{}"),
@@ -46,7 +46,7 @@ class Options:
 
 @dataclass(frozen=True)
 class PythonArguments:
-    """The same as arguments of Python's, checked to be of the right kind; None asks for nothing.
+    """The same options as Python arguments, with checked types; None asks for nothing.
 
     Raises:
         TypeError: when `vary`, `until_ci` or one of the `points` is no mapping of texts.
@@ -78,11 +78,11 @@ class PythonArguments:
         return any(option is not None for option in asked)
 
     def place(self, name: str, value: Any) -> FilePlace:
-        """Return what stands for the place of an argument."""
+        """Return the text that names the place of an argument."""
         return FilePlace(shortened(f"{name}={value!r}"))
 
     def keyed(self, document: Document) -> Iterator[Keyed]:
-        """Yield what is given key by key."""
+        """Yield the values given by key."""
         if self.vary == {}:
             document.data["vary"] = {}
             _stand(document, ("vary",), None, self.place("vary", {}))
@@ -166,7 +166,7 @@ def _put(document: Document, name: str, key: str, value: Any, place: FilePlace) 
 
 
 def _stand(document: Document, path: Path, value: Any, place: FilePlace) -> None:
-    """Note that the value at a path, and each item where it is a list, stands in an option now."""
+    """Record that the value at a path, and each item of a list, now comes from an option."""
     items = [(*path, number) for number in range(len(value) if isinstance(value, list) else 0)]
     for places in (document.keys, document.values):
         for known in [known for known in places if known[: len(path)] == path]:

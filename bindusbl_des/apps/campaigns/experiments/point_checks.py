@@ -1,4 +1,6 @@
-"""Whether every point of an experiment is a valid scenario, told in the experiment's own lines."""
+"""Checks that every point of an experiment is a valid scenario; errors name the experiment's
+lines.
+"""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -36,7 +38,7 @@ def check_points(
     places: Places,
     allow_plugins: bool = False,
 ) -> Points:
-    """Return the points with files made absolute; what is wrong goes to the document."""
+    """Return the points with absolute file names; mistakes go to the document."""
     given = base.model_dump(mode="json", exclude_unset=True)
     settled: Points = []
     seen: dict[str, int] = {}
@@ -59,7 +61,7 @@ def check_points(
 
 
 def plugins_in(document: Document, points: Points, places: Places) -> Iterator[Mistake]:
-    """Yield the plug-ins that points name, each once and at its place."""
+    """Yield the plug-ins of points, each once with its place."""
     checked: set[str] = set()
     for point, where in zip(points, places, strict=True):
         for key in (*PARTS, *NAMES):
@@ -72,7 +74,7 @@ def plugins_in(document: Document, points: Points, places: Places) -> Iterator[M
 def without_effect(
     document: Document, base: Scenario, points: Points, places: Places
 ) -> Iterator[Mistake]:
-    """Yield the varied keys that do nothing at any point, each once and at its place."""
+    """Yield the varied keys without effect at any point, each once with its place."""
     given = base.model_dump(mode="json", exclude_unset=True)
     idle = dict.fromkeys(key for point in points for key in point)
     messages: dict[str, str] = {}
@@ -120,7 +122,7 @@ def _check_repeated(
 
 
 def _last(document: Document, where: Mapping[str, Any]) -> tuple[str, FilePlace]:
-    """Return the last key of a point and where its value stands."""
+    """Return the last key of a point and the place of its value."""
     if not where:
         return "points", document.values.get(("points",), FilePlace(document.file, 1, 1))
     key = list(where)[-1]
@@ -134,7 +136,7 @@ def _explain(
     where: Mapping[str, Any],
     allow_plugins: bool,
 ) -> None:
-    """Note what is wrong with a point: each value by itself first, then their combination."""
+    """Report a point's mistakes: of single values first, then of their combination."""
     if DETAIL in point:
         message = "belongs to the experiment: write `detail: full` at the top level"
         _add(document, document.keys.get(where[DETAIL], document.values[()]), DETAIL, message)
@@ -170,12 +172,12 @@ def _explain(
 
 
 def _is_given(key: str, where: Mapping[str, Any]) -> bool:
-    """Tell whether a point gives a key, or what it stands in or holds."""
+    """Tell whether a point gives a key, a section around it or a value in it."""
     return any(f"{key}.".startswith(f"{own}.") or f"{own}.".startswith(f"{key}.") for own in where)
 
 
 def _place(document: Document, path: Path, mistake: Mistake) -> FilePlace:
-    """Return where the key stands that is unknown, or the value that is wrong."""
+    """Return the place of an unknown key or of a wrong value."""
     if not mistake.message.startswith(("unknown key", "no key")):
         return document.values[path]
     return document.keys[path[:2] if path[0] == "vary" else path]
@@ -190,7 +192,7 @@ def _add(document: Document, place: FilePlace, key: str, message: str) -> None:
 def _mistakes(
     source: Source, point: Mapping[str, Any], allow_plugins: bool
 ) -> list[tuple[Mistake, bool]]:
-    """Return what the loader of scenario files says to a point, and whether of a plug-in."""
+    """Return the scenario loader's mistakes at a point, and whether a plug-in made them."""
     options = (f"{key}={as_written(value)}" for key, value in sorted(point.items(), key=turn))
     changed = source._replace(overrides=(*source.overrides, *options))
     for loading in (False, True)[: 1 + allow_plugins]:
@@ -218,7 +220,7 @@ def _without(data: Any, words: list[str], family: Family[Any]) -> Any:
 
 
 def named(value: Any) -> str:
-    """Return the name of the part in what stands at a key; "" where it is none.
+    """Return the name of the part in a key's value; "" without a part.
 
     >>> named("dsatur"), named({"model": "my_parts:fast", "depth": 2}), named(3)
     ('dsatur', 'my_parts:fast', '')

@@ -21,8 +21,10 @@ Rows = Sequence[Difference]
 
 
 def comparison_table(differences: Rows) -> str:
-    """Return what is compared with the baseline, in a table each: all metrics of the one point
-    where it is, or the first metric at each point and what the others show; and how sure that is.
+    """Return a table for each point or campaign compared with the baseline, and its confidence.
+
+    A single pair of points has all metrics; several have the first metric at each point, and how
+    the others differ.
     """
     lines: list[str] = []
     for rows in by_label(differences).values():
@@ -37,7 +39,7 @@ def comparison_table(differences: Rows) -> str:
 
 
 def by_label(differences: Rows) -> dict[str, list[Difference]]:
-    """Return the differences from the baseline by the letter of what is compared with it."""
+    """Return the differences from the baseline by the letter of the compared point or campaign."""
     found: dict[str, list[Difference]] = {}
     for row in differences:
         found.setdefault(row.pair.other.label, []).append(row)
@@ -45,12 +47,12 @@ def by_label(differences: Rows) -> dict[str, list[Difference]]:
 
 
 def is_alone(rows: Rows) -> bool:
-    """Tell whether differences are of one pair of points."""
+    """Tell whether all differences belong to one pair of points."""
     return all(row.pair is rows[0].pair for row in rows)
 
 
 def _alone(rows: Rows) -> Iterator[str]:
-    """Yield the metrics of one pair of points, the main finding in words, and who was worst."""
+    """Yield the metrics of one pair of points, its main finding, and the worst AUVs."""
     pair = rows[0].pair
     keys, paired = list(pair.held), _paired(rows)
     held = ", ".join(f"{short_key(key, keys)}={plain(pair.held[key])}" for key in keys)
@@ -64,7 +66,7 @@ def _alone(rows: Rows) -> Iterator[str]:
 
 
 def _over_points(rows: Rows) -> Iterator[str]:
-    """Yield the first metric at each point of the other keys, and how often each metric differs."""
+    """Yield the first metric at each point, and how often each metric differs."""
     metric = rows[0].metric
     points = [row for row in rows if row.metric == metric]
     paired, versus = _paired(points), _versus(points[0])
@@ -93,7 +95,7 @@ def _paired(rows: Rows) -> str:
 
 
 def _metrics(rows: Rows) -> tuple[str, list[str]]:
-    """Return the heading of metrics, and their names, which leave to it whose they are."""
+    """Return the heading of metrics, and their names without whose they are."""
     if all(row.metric.startswith(WORST) for row in rows):
         return "of the worst AUV", [of_an_auv(row.metric) for row in rows]
     return "metric", [row.metric for row in rows]
@@ -157,7 +159,7 @@ def _row(row: Difference, count: str) -> tuple[str, str, str, str, str, str]:
 
 
 def _shown(end: End, digits: int) -> str:
-    """Return a mean; where AUVs have no value, in how many missions all have one."""
+    """Return a mean, with the number of whole missions if AUVs lack a value."""
     if not end.without:
         return _number(end.mean, digits)
     return f"{_number(end.mean, digits)} ({end.whole}/{end.missions})"
@@ -233,7 +235,7 @@ def unserved(row: Difference) -> Iterator[str]:
 
 
 def _lacks(name: str, auvs: Mapping[str, int], missions: int, metric: str) -> str:
-    """Return who lacks what, such as "At B AUV0 got no fix in 20 of 20 seeds"."""
+    """Return which AUVs lack a value, such as "At B AUV0 got no fix in 20 of 20 seeds"."""
     if len(auvs) == 1:
         ((auv, count),) = auvs.items()
         return f"At {name} {auv} {lacking(metric)} in {count} of {counted(missions, 'seed')}."

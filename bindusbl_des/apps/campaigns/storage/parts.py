@@ -70,16 +70,16 @@ class Done:
 
     @classmethod
     def of_runs(cls, record: Mapping[str, Any]) -> "Done":
-        """Return the missions that a record lists.
+        """Return the missions listed in a record.
 
         Raises:
-            ValueError: when they are no missions.
+            ValueError: when the list is invalid.
         """
         numbers, failed = (_numbers(record[key]) for key in ("missions", "failed"))
         return cls(numbers, np.isin(numbers, failed))
 
     def runs(self) -> dict[str, Any]:
-        """Return the missions, and which of them failed, as runs; nothing where that is long.
+        """Return the missions, and which failed, as runs; {} if the list would be long.
 
         >>> Done(np.array([4, 6, 8, 20]), np.array([False, True, False, False])).runs()["missions"]
         {'step': 2, 'runs': [[4, 3], [20, 1]]}
@@ -108,7 +108,7 @@ def _numbers(listed: Mapping[str, Any]) -> Ints:
 
 
 def united(some: Sequence[Done]) -> Done:
-    """Return all missions; one that is there twice counts as it is where it comes first."""
+    """Return all missions; for a mission in several, the first status counts."""
     numbers = np.concatenate([np.zeros(0, np.int64), *(done.numbers for done in some)])
     failed = np.concatenate([np.zeros(0, bool), *(done.failed for done in some)])
     unique, first = np.unique(numbers, return_index=True)
@@ -149,10 +149,9 @@ def record_path(folder: Path, part: str) -> Path:
 
 @dataclass(frozen=True)
 class PartRecord:
-    """What a part is of, which parts it replaces, what its files are, and which missions it has.
+    """The record of a part: its plan, the parts that it replaces, its files and its missions.
 
-    `files` has the SHA-256 and the size (bytes) of each table; `done` is None where there is too
-    much to list.
+    `files` has the SHA-256 and the size (bytes) of each table; `done` is None if too long to list.
     """
 
     plan_sha256: str
@@ -234,10 +233,10 @@ def _sync_name(folder: Path, _: int) -> None:
 
 
 def part_record(folder: Path, part: str) -> PartRecord:
-    """Return what a part says of itself.
+    """Return the record of a part.
 
     Raises:
-        DamagedFile: when it says nothing that can be read.
+        DamagedFile: when it cannot be read.
     """
     return _record(folder, part, stamp(record_path(folder, part)))
 
@@ -284,12 +283,10 @@ def _listed(folder: Path) -> dict[str, os.stat_result]:
 def check_part(
     folder: Path, files: Listed, part: str, plan_sha256: str | None = None
 ) -> PartRecord:
-    """Refuse a part that lacks a file, or has one of another size, or is of another plan.
-
-    Returns what its record says.
+    """Refuse a part with a missing file, a wrong size, or another plan; return its record.
 
     Raises:
-        DamagedFile: saying what is wrong with which file.
+        DamagedFile: naming the file and what is wrong.
     """
     missions = part_path(folder, MISSIONS, part)
     if not NAME.fullmatch(part):
@@ -320,7 +317,7 @@ def _wrong(found: os.stat_result | None, expected: tuple[str, int] | None) -> st
 
 
 def check_table(folder: Path, table: str, part: str) -> None:
-    """Refuse a file of a part that has not its checksum; compared again only where it changed.
+    """Refuse a file of a part with a wrong checksum; compare again only if it changed.
 
     Raises:
         DamagedFile: saying what is wrong with it.
@@ -396,7 +393,7 @@ def _stamp_of(found: os.stat_result) -> Stamp:
 
 @contextmanager
 def told_by(folder: Path) -> Iterator[None]:
-    """Say of what is damaged in a folder what to do about it."""
+    """Turn a DamagedFile of the block into a CampaignError that names the remedy."""
     try:
         yield
     except DamagedFile as error:
