@@ -89,6 +89,7 @@ ALONE = names(
     families.SCHEDULE, lambda traits: traits.groups in ("each", "frame") and not traits.calls
 )
 AT_ONCE = names(families.KNOWLEDGE, lambda traits: not traits.by_frames)
+EVERYWHERE = names(families.CURRENT, lambda traits: traits.is_uniform)
 STATED = names(families.INSTRUMENT, lambda traits: traits.is_stated)
 WITHOUT_GATE = names(families.NAVIGATOR, lambda traits: not traits.weighs)
 ENDLESS = names(families.CHANNEL, lambda traits: not traits.ends_at_range)
@@ -421,6 +422,7 @@ RULES = (
         {
             "environment.current_m_per_s": (0.0,),
             "environment.current_variation_m_per_s": (0.0,),
+            "environment.current": EVERYWHERE,
             "auvs.feedback": ("truth",),
         },
         "navigation.velocity",

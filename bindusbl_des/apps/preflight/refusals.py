@@ -5,7 +5,9 @@ speed a hull settles, how often a path surfaces, what a table of rays holds.
 """
 
 from collections.abc import Iterator
-from math import exp
+from math import cos, exp, radians, sin
+
+from numpy import hypot
 
 from ...core.scenario.files.scenario_file import Source
 from ...core.scenario.scenario import Scenario
@@ -34,8 +36,7 @@ def refusals(setup: Setup) -> Iterator[Problem]:
     """Yield why no mission of a scenario can begin."""
     yield from _tables(setup)
     yield from _ways(setup)
-    current = setup.scenario.environment.current_m_per_s
-    yield from _carried_away(setup, current, is_sure=True)
+    yield from _carried_away(setup, setup.scenario.environment.current_m_per_s, is_sure=True)
 
 
 def perhaps_carried_away(setup: Setup) -> Iterator[Problem]:
@@ -89,9 +90,16 @@ def _ways(setup: Setup) -> Iterator[Problem]:
 def _carried_away(setup: Setup, current: float, *, is_sure: bool) -> Iterator[Problem]:
     """Yield fleets that a current (m/s) carries away, for all seeds (`is_sure`) or for some."""
     scenario, asvs = setup.scenario, setup.scenario.asvs
-    varies = scenario.environment.current_variation_m_per_s > 0.0
-    if current == 0.0 or is_sure == varies:
+    water = scenario.environment
+    varies = water.current_variation_m_per_s > 0.0
+    if (current == 0.0 and not water.has_field) or is_sure == varies:
         return
+    currents = [current] * (len(setup.auvs) + asvs.count)
+    if water.has_field:
+        towards = radians(water.current_direction_deg)
+        x, y = setup.flow.means.T
+        met = hypot(x + current * cos(towards), y + current * sin(towards))
+        currents[: len(met)] = met.tolist()
     fleets = [
         (
             (group.key("vehicle"), "AUV", group.members.start),
@@ -103,12 +111,15 @@ def _carried_away(setup: Setup, current: float, *, is_sure: bool) -> Iterator[Pr
     drifts = asvs.vehicle.carried_away if asvs.vehicle.has_dynamics else None
     fleets.append((("asvs.vehicle", "ASV", 0), drifts, [0.0] * asvs.count))
     for (hull, word, first), carried_away, speeds in fleets:
-        found = None if carried_away is None else carried_away(speeds, current)
+        after = first + len(setup.auvs) * (word == "ASV")
+        own = currents[after : after + len(speeds)]
+        found = None if carried_away is None else carried_away(speeds, own)
         if found is not None:
             number, reason = found[0] + first, found[1]
             often = "" if is_sure else "; missions of such seeds end at 0 s"
             when = "" if is_sure else " for some seeds"
             key = "current_m_per_s" if is_sure else "current_variation_m_per_s"
+            key = "current" if is_sure and water.has_field else key
             yield Problem(
                 f"environment.{key}",
                 f"is too much for {word}{number}{when}: {reason}{often}",

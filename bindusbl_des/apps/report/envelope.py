@@ -129,24 +129,26 @@ def _way(mission: "Recording", auv: int) -> Floats:
     truth = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m")])
     way = truth - truth[0]
     if mission.scenario.navigation.velocity == "through_water":
-        way -= _summed(mission, np.tile(_current(mission), (len(mission.times), 1)))
+        way -= _summed(mission, _current(mission, auv))
     return np.asarray(way)
 
 
-def _current(mission: "Recording") -> Floats:
-    """Return the steady current (m/s) along x and y."""
+def _current(mission: "Recording", auv: int) -> Floats:
+    """Return the current (m/s) along x and y where an AUV is, less its variation, (n, 2)."""
     water = mission.scenario.environment
     towards = math.radians(water.current_direction_deg)
-    return water.current_m_per_s * np.array([math.cos(towards), math.sin(towards)])
+    steady = water.current_m_per_s * np.array([math.cos(towards), math.sin(towards)])
+    places = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m", "z_m")])
+    return np.asarray(steady + mission.setup.flow.at(mission.times, places))
 
 
 def _mean_drift(mission: "Recording", auv: int) -> Floats:
-    """Return the drift (m) at each instant that the bias and a steady current cause."""
+    """Return the drift (m) at each instant that bias and current cause, less the variation."""
     scenario = mission.scenario
     setup = mission.setup
     rate = _bias_rate(mission, auv, setup.sensors[auv].bias_m_per_s)
     if scenario.navigation.velocity == "through_water":
-        rate = rate - _current(mission)
+        rate = rate - _current(mission, auv)
     return _summed(mission, rate)
 
 

@@ -125,7 +125,8 @@ def _drift(setup: Setup, time: float, initial_sd: float) -> float:
         wandered = wandering_rms(
             time, water.current_variation_m_per_s, water.current_variation_time_s
         )
-        drift = math.hypot(drift, water.current_m_per_s * time, math.sqrt(2) * wandered)
+        carried = math.hypot(water.current_m_per_s, setup.flow.rms_m_per_s) * time
+        drift = math.hypot(drift, carried, math.sqrt(2) * wandered)
     return math.hypot(drift, math.sqrt(2) * initial_sd)
 
 

@@ -164,14 +164,14 @@ def _planned_speed(setup: Setup, sigmas: float) -> float:
         if track is not None
         else speed
         if held is not None
-        else _driven(setup.scenario, auv.group.vehicle, speed, sigmas)
+        else _driven(setup, auv.group.vehicle, speed, sigmas)
         for auv, track, held, speed in zip(
             setup.auvs, setup.auv_tracks, setup.held_places_m, speeds, strict=True
         )
     )
 
 
-def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: float) -> float:
+def _driven(setup: Setup, vehicle: VehicleChoice, speed: float, sigmas: float) -> float:
     """Return how fast (m/s) a vehicle is over ground that is to go at a speed: one with equations
     of motion at times as fast as it can, and the current with it.
     """
@@ -179,8 +179,9 @@ def _driven(scenario: Scenario, vehicle: VehicleChoice, speed: float, sigmas: fl
         return speed
     if vehicle.has_dynamics:
         speed = max(speed, vehicle.top_speed)
-    water = scenario.environment
+    water = setup.scenario.environment
     current = water.current_m_per_s + (sigmas + math.sqrt(2)) * water.current_variation_m_per_s
+    current += setup.flow.limit_m_per_s
     return min(speed + current, FASTEST_M_PER_S)
 
 
@@ -202,7 +203,7 @@ def _asv_speed(setup: Setup, auv_speed: float, sigmas: float) -> float:
         return placement.replanned.speed_m_per_s
     if not vehicle.is_steered:
         return 0.0
-    return _driven(setup.scenario, vehicle, auv_speed, sigmas)
+    return _driven(setup, vehicle, auv_speed, sigmas)
 
 
 def _clock_error(scenario: Scenario, sigmas: float) -> float:

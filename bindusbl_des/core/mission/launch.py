@@ -125,6 +125,7 @@ def guided_auvs(
         ),
         dict(group.vehicle.coefficients),
         currents=water.series,
+        field=setup.flow.field,
         duration_s=setup.control_intervals * CONTROL_S,
         drift=drift,
         shared=shared,
@@ -153,6 +154,7 @@ def guided_asvs(
         ),
         dict(asvs.vehicle.coefficients),
         currents=water.series,
+        field=setup.flow.field,
         duration_s=count * CONTROL_S,
         position_noise=np.stack(noise) + slow_gnss(setup, streams),
     )
@@ -338,7 +340,7 @@ def equip_auvs(
     The record has the receptions of fixes, and their Jacobians by systematic errors.
     """
     navigation = setup.scenario.navigation
-    reckoning = DeadReckoning(fleet.motion, wrong)
+    reckoning = DeadReckoning(fleet.motion, wrong, setup.flow.field)
     if fleet.poses is not None:
         fleet.poses.on_known = reckoning.follow
     else:  # who steers by what is reckoned sums up its own

@@ -21,10 +21,12 @@ from .launch import MissionCurrent, slow_gnss
 def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wrong:
     """Return the errors of the AUVs' dead reckoning in this mission.
 
-    The effect of wandering biases is summed up as the AUVs' motion becomes known.
+    The effects of wandering biases, and of a current that differs from place to place, are summed
+    up as the AUVs' motion becomes known.
     """
     navigation, skews = setup.scenario.navigation, _skews(setup, streams)
     biases = _velocity_biases(setup, streams)
+    swept = navigation.velocity == "through_water" and setup.flow.limit_m_per_s > 0.0
     return Wrong(
         _walks(setup, streams, water, skews),
         navigation.imu_rate_hz,
@@ -33,6 +35,7 @@ def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wr
         CONTROL_S if biases.shape[1] > 1 else math.inf,
         navigation.bias_frame == "body",
         skews,
+        np.zeros((len(biases), 1 + setup.control_intervals if swept else 1, 2)),
     )
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from ..scenario.families import NAVIGATOR
 from ..scenario.own_sensors import OwnSensors, Sensors
 from ..scenario.part_choice import settings_of as read
-from ..scenario.scenario_keys import Environment
 from ..scenario.sections.navigation import Navigation
 from ..scenario.shipped_settings import Kalman
 from .belief import STATES, Belief, Beliefs, Growth, Growths, first_belief
@@ -40,7 +39,7 @@ def assumed(setup: Sensors) -> tuple[Beliefs, Growths]:
 
     All have the same states: an error that only other AUVs have is a state that is exactly 0.
     """
-    navigation, water = setup.scenario.navigation, setup.scenario.environment
+    navigation = setup.scenario.navigation
     settings, asvs_ping = settings_of(navigation), setup.scenario.protocol.asvs_ping
     walk, common = settings.random_walk_m_per_sqrt_s, _common(setup)
     kinds = dict.fromkeys(setup.sensors)
@@ -58,8 +57,7 @@ def assumed(setup: Sensors) -> tuple[Beliefs, Growths]:
             _start(navigation),
             _bias(setup, own),
             (own.random_walk_m_per_sqrt_s if walk is None else walk) ** 2,
-            _current(navigation, water),
-            _wander(navigation, water),
+            *_current(setup),
             in_body=navigation.bias_frame == "body",
             skew=skew if skew.sds else Further((0.0,) * len(some_skew.sds), some_skew[1]),
             wandering=wandering
@@ -139,7 +137,6 @@ def common_to_all(setup: Sensors) -> Common:
     """Return the part of the first belief that all AUVs have in common: a velocity bias that is the
     same for all, a current, and the errors of ASVs and sound speed.
     """
-    navigation, water = setup.scenario.navigation, setup.scenario.environment
     sensors, *others = dict.fromkeys(setup.sensors)
     drawn = sensors.bias_sd_m_per_s if sensors.bias_time_constant_s is None else 0.0
     share = [
@@ -148,7 +145,7 @@ def common_to_all(setup: Sensors) -> Common:
     ]
     if others:  # of AUVs that differ nobody knows what they have in common
         share = [0.0, 0.0]
-    current = _current(navigation, water) ** 2
+    current = _current(setup)[0] ** 2
     own = 2 * any(_skew(setup, each).sds for each in (sensors, *others))
     own += 2 * any(_wandering(setup, each).sds for each in (sensors, *others))
     variances, driven = [0.0, 0.0, *share, current, current], [0.0] * STATES
@@ -243,15 +240,15 @@ def _common(setup: Sensors) -> Further:
     return Further(tuple(sds), tuple(lasts))
 
 
-def _current(navigation: Navigation, water: Environment) -> float:
-    """Return the standard deviation (m/s) per axis of the current that dead reckoning misses."""
-    if navigation.velocity == "over_ground":
-        return 0.0
-    return math.hypot(water.current_m_per_s, water.current_variation_m_per_s)
-
-
-def _wander(navigation: Navigation, water: Environment) -> float:
-    """Return the short-term variance per second (m2/s3) of that current, a Gauss-Markov process."""
-    if navigation.velocity == "over_ground":
-        return 0.0
-    return 2 * water.current_variation_m_per_s**2 / water.current_variation_time_s
+def _current(setup: Sensors) -> tuple[float, float]:
+    """Return the standard deviation (m/s) per axis of the current that dead reckoning misses, and
+    its short-term variance per second (m2/s3): of a Gauss-Markov process, and of what AUVs meet on
+    their ways.
+    """
+    water = setup.scenario.environment
+    if setup.scenario.navigation.velocity == "over_ground":
+        return 0.0, 0.0
+    varies, lasts = water.current_variation_m_per_s, water.current_variation_time_s
+    steady = math.hypot(water.current_m_per_s, varies)
+    sd, wander = math.hypot(steady, setup.flow.rms_m_per_s), 2 * varies**2 / lasts
+    return sd, wander + setup.flow.wander

@@ -12,9 +12,10 @@ import numpy as np
 from ...support.arrays import Floats, Ints
 from ...support.compiled import compiled, inlined
 from ...support.packed import Packed, unpacked
+from ..vehicles.currents import CONTROL_S, STILL, Field, beyond
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
-from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow
+from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow, sweep
 
 
 def random_walk(rate: float, sds: Floats, noise: Floats) -> Floats:
@@ -71,28 +72,34 @@ def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
 class DeadReckoning:
     """The dead reckoning of a fleet: its motion as measured with the sensors' errors."""
 
-    def __init__(self, motion: Motion, wrong: Wrong) -> None:
-        """Take the true motion of n AUVs, and the errors of their dead reckoning.
+    def __init__(self, motion: Motion, wrong: Wrong, field: Field = STILL) -> None:
+        """Take the true motion of n AUVs, the errors of their dead reckoning, and the field of the
+        current.
 
         Walks hold at the samples of the IMUs, which keep their velocity between them; there are two
         samples or more.
         """
         wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
+        self._swept, self._field = 1, Packed(field)
         #: The same for compiled equations.
         self.known = Reckoned(motion, wrong)
         self._packed = Packed(self.known)
 
     def follow(self, time: float, auvs: Sequence[int] | None = None) -> None:
-        """Sum up the effect of wandering biases up to an instant (s), of AUVs whose motion is known
-        by then: all of them, unless said.
+        """Sum up the effect of wandering biases and of the current's field up to an instant (s), of
+        AUVs whose motion is known by then: all of them, unless said.
         """
+        count = len(self.known.wrong.biases)
+        whose = np.arange(count) if auvs is None else np.array(auvs, dtype=np.int64)
         end = min(int(time / self._held_s) + 1, self._steps)
         if end > self._followed:
-            count = len(self.known.wrong.biases)
-            whose = np.arange(count) if auvs is None else np.array(auvs, dtype=np.int64)
             _follow(self._packed.address, self._followed, end, whose)
             self._followed = end
+        end = min(int(time / CONTROL_S) + 2, self.known.wrong.swept.shape[1])
+        if end > self._swept:
+            _sweep(self._packed.address, self._field.address, self._swept, end, whose)
+            self._swept = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
         """Return an AUV's position by dead reckoning alone (m) at an instant (s)."""
@@ -159,3 +166,16 @@ def _follow(packed: int, begin: int, end: int, whose: Ints) -> None:
             _, _, _, _, cosine, sine = headed(motion, auv, k * wrong.held_s)
             cosine, sine = by_compass(cosine, sine, wrong, auv)
             follow(wrong, auv, k, cosine, sine)
+
+
+@compiled
+def _sweep(packed: int, packed_field: int, begin: int, end: int, whose: Ints) -> None:
+    """Write how far the field of the current carries the water, for AUVs (k,), by the control
+    instants begin..end; the addresses are those of a :class:`Reckoned` and of its field.
+    """
+    (motion, wrong), field = unpacked(packed, Reckoned), unpacked(packed_field, Field)
+    for auv in whose:
+        for k in range(begin - 1, end - 1):
+            x, y, z, _, _, _ = headed(motion, auv, k * CONTROL_S)
+            north, east = beyond(field, k * CONTROL_S, x, y, z)
+            sweep(wrong.swept, auv, k, north, east)

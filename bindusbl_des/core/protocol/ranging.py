@@ -306,7 +306,7 @@ def strayed(site: Site, auvs: VehicleFleet) -> Floats:
     scenario = site.scenario
     protocol, water = scenario.protocol, scenario.environment
     drift = np.array([auv.group.vehicle.has_dynamics for auv in site.auvs]) * (
-        water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2
+        water.current_m_per_s**2 + 2 * water.current_variation_m_per_s**2 + site.flow.rms_m_per_s**2
     )
     lasts = scenario.acoustics.hf.ping_s + protocol.turnaround_s
     return np.asarray((planned_speeds(site, auvs) ** 2 + drift) * lasts**2 / 2)

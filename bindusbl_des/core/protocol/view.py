@@ -152,7 +152,7 @@ def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes
     scenario = setup.scenario
     speeds, water = planned_speeds(setup, auvs), scenario.environment
     carried = np.array([auv.group.vehicle.has_dynamics for auv in setup.auvs]) * (
-        water.current_m_per_s + 3.0 * water.current_variation_m_per_s
+        water.current_m_per_s + 3.0 * water.current_variation_m_per_s + setup.flow.limit_m_per_s
     )
     placed = scenario.asvs.formation.replanned
     vessels = placed.speed_m_per_s if placed is not None else 0.0

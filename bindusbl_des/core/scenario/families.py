@@ -306,6 +306,13 @@ class NavigatorTraits(Traits):
 
 
 @dataclass(frozen=True)
+class CurrentTraits(Traits):
+    """Declarations of a current: whether it is the same everywhere (`is_uniform`)."""
+
+    is_uniform: bool = False
+
+
+@dataclass(frozen=True)
 class PeerTraits:
     """How AUVs measure each other: one `asks` first, or none does; and whether it `ranges`."""
 
@@ -476,9 +483,20 @@ ASV: Family[HullTraits] = Family(
         "cybership2": HullTraits(),
     },
 )
+CURRENT = Family(
+    *("environment.current", "current", ("site",)),
+    {
+        "uniform": CurrentTraits(is_uniform=True),
+        "shear": "models.currents:shear",
+        "tide": "models.currents:tide",
+        "vortex": "models.currents:vortex",
+    },
+    CurrentTraits(),
+    is_open=False,
+)
 FAMILIES: tuple[Family[Any], ...] = (
     *(SCHEDULE, ACCESS, DOWNLINK, BROADCASTER, RANGING, KNOWLEDGE, CHANNEL, MF_CHANNEL),
-    *(INSTRUMENT, NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV),
+    *(INSTRUMENT, NAVIGATOR, PLACEMENT, ROUTE, AUV, ASV, CURRENT),
 )
 
 

@@ -22,7 +22,6 @@ from ..geometry.routes import (
     waypoint_poses,
 )
 from .groups import Auv
-from .scenario_keys import Environment
 from .sections.routes import Lawnmower, RouteTraits
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 
@@ -162,27 +161,26 @@ def shares_of(area: Area, heading: float, route: Lawnmower, auvs: int) -> list[S
 
 
 def survey_end(
-    auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
+    auvs: Sequence[Auv], against: float, plans: Sequence[FlightPlan | None]
 ) -> SurveyEnd:
     """Return when (s) the last AUV has flown its lanes, or reached its recovery place, if any.
 
     For AUVs without dynamics this is exact.  For others it is an upper bound: the plan at the speed
-    left by the current (plus three standard deviations of its variation), with a margin for start
-    and turns.
+    left by the current (`against`, m/s: three standard deviations of its variation with it), with a
+    margin for start and turns.
 
     Raises:
         ValueError: when a current leaves no headway, or the survey takes longer than a mission may.
     """
-    last = max(flown_s(auvs, water, plans))
+    last = max(flown_s(auvs, against, plans))
     if not SHORTEST_S <= last <= LONGEST_S or not math.isfinite(last):
         raise ValueError(f"{SURVEY} takes {last:.3g} s; a mission may last {LONGEST_S:g} s")
     return SurveyEnd(last)
 
 
-def flown_s(
-    auvs: Sequence[Auv], water: Environment, plans: Sequence[FlightPlan | None]
-) -> list[float]:
-    """Return when (s) each AUV has flown its lanes, or reached its recovery place, if any.
+def flown_s(auvs: Sequence[Auv], against: float, plans: Sequence[FlightPlan | None]) -> list[float]:
+    """Return when (s) each AUV has flown its lanes, or reached its recovery place, if any, against
+    a current (m/s).
 
     It is 0 without lanes.
 
@@ -190,7 +188,6 @@ def flown_s(
         ValueError: when a current leaves no headway.
     """
     ends = [0.0] * len(auvs)
-    against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
     for auv, plan in zip(auvs, plans, strict=True):
         if plan is None:
             continue

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from ...support.plain_data import LONGEST_NAME
+from .families import CURRENT
 from .key_types import (
     PAPER,
     Part,
@@ -20,6 +21,7 @@ from .key_types import (
     key,
     or_text,
 )
+from .part_choice import SET, PartChoice
 from .sections.acoustics import Acoustics
 from .sections.navigation import Navigation
 from .sections.protocol import Protocol
@@ -91,6 +93,11 @@ class Environment(Part):
     current_direction_deg: Real = key(
         0.0, "deg", "direction the current flows to, from +x to +y", ge=-360, le=360
     )
+    current: PartChoice = key(
+        "uniform",
+        "",
+        "what is added to that current and differs from place to place or with time" + SET,
+    )
     surface_m: Real = key(
         0.0,
         "m",
@@ -100,6 +107,11 @@ class Environment(Part):
         le=9000,
     )
     origin: Origin = Field(default=Origin(), description="the survey's place on Earth")
+
+    @property
+    def has_field(self) -> bool:
+        """Whether the current differs from place to place, or with time as a tide does."""
+        return not CURRENT.declared(self.current).is_uniform
 
     @field_validator("origin", mode="before")
     @classmethod

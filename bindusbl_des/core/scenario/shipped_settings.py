@@ -1,7 +1,8 @@
 """The settings of shipped parts, but for those of channels."""
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from itertools import pairwise
+from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
@@ -160,3 +161,28 @@ class Datasheet(Settings):
     def states_a_place(self) -> bool:
         """Whether the sheet states the accuracy of a position instead of angles."""
         return self.accuracy_m > 0.0 or self.accuracy_percent > 0.0
+
+
+class Shear(Settings):
+    """Settings of the current `shear`."""
+
+    depths_m: tuple[Real, ...] = key(
+        ..., "m", "depths, rising; the current is linear between them, constant beyond"
+    )
+    speeds_m_per_s: tuple[Real, ...] = key(
+        ..., "m/s", "speed of the current at each of these depths"
+    )
+    directions_deg: tuple[Real, ...] = key(
+        (0.0,), "deg", "direction it flows to at each of them, from +x to +y; one for all of them"
+    )
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        depths, count = self.depths_m, len(self.depths_m)
+        if not depths or any(lower <= upper for upper, lower in pairwise(depths)):
+            raise ValueError("depths_m must rise; list each depth once, from the surface down")
+        for name, needed in (("speeds_m_per_s", (count,)), ("directions_deg", (1, count))):
+            given = len(getattr(self, name))
+            if given not in needed:
+                raise ValueError(f"{name} needs one number per depth: {count}, not {given}")
+        return self

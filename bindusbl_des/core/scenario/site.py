@@ -6,7 +6,8 @@ once.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import chain
 from typing import TYPE_CHECKING, TypeVar
 
@@ -25,17 +26,20 @@ from .families import (
 )
 from .groups import Auv, Group, Wing, auvs_of, groups_of, wings_of
 from .key_types import Point, Position
+from .part_choice import shipped_part
 from .scenario_keys import ScenarioKeys
 from .sections.acoustics import Downlink, UplinkSection
 from .sections.placements import OwnPlacement
 from .sections.routes import Lawnmower, OwnRoute, RouteTraits
 
 if TYPE_CHECKING:
+    from ...support.arrays import Floats
     from ..geometry.land import Land
     from ..geometry.lanes import Share
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
     from ..sea.water_column import Column, Profile
+    from ..vehicles.currents import Field, Flow
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_routes import PlanView
@@ -261,6 +265,44 @@ class Site(Facts):
 
         return USUAL_WATER
 
+    @fact
+    def current_field(self) -> "Field":
+        """What the current has beyond its uniform part; nothing where it is uniform.
+
+        Raises:
+            ValueError: when the file of a current is unusable, with key and remedy.
+        """
+        if not self.scenario.environment.has_field:
+            from ..vehicles.currents import STILL
+
+            return STILL
+        found: Field = shipped_part(families.CURRENT, self.scenario.environment.current)(self)
+        return found
+
+    @fact
+    def flow(self) -> "Flow":
+        """This part of the current along the planned way of each AUV, and at each station.
+
+        An AUV of a user-defined route counts as if it held the middle of the survey.
+        """
+        from ..vehicles.currents import UNIFORM, flow_on
+
+        if families.CURRENT.declared(self.scenario.environment.current).is_uniform:
+            return UNIFORM
+        ways: list[Callable[[Floats], Floats]] = []
+        for auv, plan, track, held in zip(
+            self.auvs, self.plans_that_ship, self.auv_tracks, self.held_places_m, strict=True
+        ):
+            way = partial(_stay, (*(held or self.area.centroid), auv.depth_m))
+            if track is not None:
+                way = partial(_tracked, *track)
+            elif plan is not None:
+                way = partial(_toured, plan.tour.sample, auv.speed_m_per_s, auv.depth_m)
+            ways.append(way)
+        ways += [partial(_stay, (*place, 0.0)) for place in self.kept_stations_m]
+        lasts = float(self.scenario.duration_s)
+        return flow_on(self.current_field, lasts, ways, len(self.auvs))
+
     @property
     def _column(self) -> "Column | None":
         """The water column of temperature or cast; None where the speed of sound is given."""
@@ -456,7 +498,7 @@ class Site(Facts):
         """
         from .flight_plans import survey_end
 
-        return survey_end(self.auvs, self.scenario.environment, self.plans)
+        return survey_end(self.auvs, self._against_m_per_s, self.plans)
 
     @fact
     def flown_s(self) -> tuple[float, ...]:
@@ -467,7 +509,17 @@ class Site(Facts):
         """
         from .flight_plans import flown_s
 
-        return tuple(flown_s(self.auvs, self.scenario.environment, self.plans))
+        return tuple(flown_s(self.auvs, self._against_m_per_s, self.plans))
+
+    @property
+    def _against_m_per_s(self) -> float:
+        """The current (m/s) that plans allow for."""
+        from ..vehicles.currents import fastest
+        from .flight_plans import SIGMAS
+
+        water = self.scenario.environment
+        varies = SIGMAS * water.current_variation_m_per_s
+        return water.current_m_per_s + varies + fastest(self.current_field)
 
     @fact
     def auv_tracks(self) -> "tuple[RecordedTrack | None, ...]":
@@ -738,6 +790,29 @@ class Site(Facts):
         if (x, y) == (0.0, 0.0):
             return tuple(places)
         return tuple((x + north, y + east) for north, east in places)
+
+
+def _stay(place: tuple[float, float, float], times: "Floats") -> "Floats":
+    """Return a position (m) at instants (s), (n, 3)."""
+    import numpy as np
+
+    return np.tile(place, (len(times), 1))
+
+
+def _tracked(instants: "Floats", places: "Floats", times: "Floats") -> "Floats":
+    """Return the positions (m) of a track at instants (s), (n, 3)."""
+    import numpy as np
+
+    return np.column_stack([np.interp(times, instants, column) for column in places.T])
+
+
+def _toured(
+    sample: "Callable[[Floats], Floats]", speed: float, depth: float, times: "Floats"
+) -> "Floats":
+    """Return the positions (m) on a tour at a speed (m/s) and depth (m) at instants (s), (n, 3)."""
+    import numpy as np
+
+    return np.column_stack((sample(speed * times)[:, :2], np.full(len(times), depth)))
 
 
 def _land(polygons: tuple[Rings, ...]) -> "Land | None":

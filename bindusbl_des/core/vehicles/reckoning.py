@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from ...support.arrays import Floats
 from ...support.compiled import compiled, inlined
 from ..records.rows import Row, Rows
+from .currents import CONTROL_S
 
 
 class DeadReckoned(NamedTuple):
@@ -139,7 +140,9 @@ class Wrong(NamedTuple):
     `walks` (n, samples, 2): random walk (m) along x and y at instants k / `rate` (Hz), linear
     between. `biases` (n, k, 2): velocity bias (m/s), ahead and to starboard if `in_body`, else
     along x and y, each constant for `held_s` (s).  `offsets` (n, k, 2), m: the o above, as far as
-    the path is known. `skews` (n,): SKEW.
+    the path is known. `skews` (n,): SKEW. `swept` (n, k, 2), m: how far the field of the current
+    has carried the water where the vehicle was, at control intervals, as far as the path is known;
+    k is 1 where a log measures over ground, or the current has no field.
     """
 
     walks: Annotated[Floats, 3]
@@ -149,11 +152,13 @@ class Wrong(NamedTuple):
     held_s: float
     in_body: bool
     skews: Annotated[Rows, SKEW]
+    swept: Annotated[Floats, 3]
 
     def of(self, whose: slice) -> "Wrong":
         """Return the errors of some vehicles, as views of the same arrays."""
         arrays = {
-            name: getattr(self, name)[whose] for name in ("walks", "biases", "offsets", "skews")
+            name: getattr(self, name)[whose]
+            for name in ("walks", "biases", "offsets", "skews", "swept")
         }
         return self._replace(**arrays)
 
@@ -162,8 +167,8 @@ def steady(walks: Floats, rate: float, bias: ArrayLike, in_body: bool) -> Wrong:
     """Return errors with a constant velocity bias, (2,) or (n, 2), m/s."""
     skews = skews_of(np.zeros(len(walks)), np.zeros(len(walks)))
     biases = np.empty((len(walks), 1, 2))
-    biases[:, 0] = bias
-    return Wrong(walks, rate, biases, np.zeros(biases.shape), inf, in_body, skews)
+    biases[:, 0], swept = bias, np.zeros((len(walks), 1, 2))
+    return Wrong(walks, rate, biases, np.zeros(biases.shape), inf, in_body, skews, swept)
 
 
 def skews_of(scales: Floats, turned: Floats) -> Rows:
@@ -213,8 +218,30 @@ def error(
     forward, starboard = biases[vehicle, held, 0], biases[vehicle, held, 1]
     x += ahead * forward - aside * starboard
     y += aside * forward + ahead * starboard
+    if wrong.swept.shape[1] > 1:
+        swept_x, swept_y = _swept(time, wrong.swept, vehicle)
+        way = way[0] - swept_x, way[1] - swept_y
+        x, y = x - swept_x, y - swept_y
     added_x, added_y = skewed(way[0], way[1], wrong, vehicle)
     return x + added_x, y + added_y
+
+
+@inlined
+def _swept(time: float, swept: Floats, vehicle: int) -> tuple[float, float]:
+    """Return how far (m) the field has carried the water by an instant (s)."""
+    held = min(int(time / CONTROL_S), swept.shape[1] - 2)
+    share, x, y = time / CONTROL_S - held, swept[vehicle, held, 0], swept[vehicle, held, 1]
+    x += share * (swept[vehicle, held + 1, 0] - x)
+    y += share * (swept[vehicle, held + 1, 1] - y)
+    return x, y
+
+
+@inlined
+def sweep(swept: Floats, vehicle: int, interval: int, north: float, east: float) -> None:
+    """Note the velocity (m/s) of the field in a control interval."""
+    then = interval + 1
+    swept[vehicle, then, 0] = swept[vehicle, interval, 0] + CONTROL_S * north
+    swept[vehicle, then, 1] = swept[vehicle, interval, 1] + CONTROL_S * east
 
 
 @compiled

@@ -14,7 +14,6 @@ import numpy as np
 from ....core.acoustics.channel import between
 from ....core.protocol.slots import Slots
 from ....core.scenario import families
-from ....core.scenario.scenario import Scenario
 from ....core.setup import Setup
 from ....core.usbl.measuring import variances
 from ....support.arrays import Floats
@@ -268,7 +267,7 @@ def _drift(setup: Setup, auv: int) -> tuple[float, float, tuple[DriftSource, ...
     assumed = [sqrt(first.covariances[auv, k, k]) for k in range(first.states.shape[1])]
     sources = (
         *_bias(setup, auv, (assumed[2], assumed[3])),
-        *_current(setup.scenario, assumed[4], growth.wander),
+        *_current(setup, auv, assumed[4], growth.wander),
         *_wandering(setup, auv, assumed[growth.wandering] if growth.wandering else 0.0),
         *_skew(setup, auv, (assumed[6], assumed[7]) if growth.stretched > 0 else (0.0, 0.0)),
     )
@@ -284,15 +283,25 @@ def _bias(setup: Setup, auv: int, assumed: tuple[float, float]) -> list[DriftSou
     return [DriftSource(frame, mean, (drawn, drawn), assumed)]
 
 
-def _current(scenario: Scenario, assumed: float, wander: float) -> list[DriftSource]:
-    """Return the current as a velocity error of dead reckoning through the water."""
-    water = scenario.environment
+def _current(setup: Setup, auv: int, assumed: float, wander: float) -> list[DriftSource]:
+    """Return the current as a velocity error of dead reckoning through the water; a field as its
+    mean along the AUV's way, about which it varies.
+    """
+    water = setup.scenario.environment
     moves = assumed or water.current_m_per_s or water.current_variation_m_per_s
-    if scenario.navigation.velocity == "over_ground" or not moves:
+    if setup.scenario.navigation.velocity == "over_ground" or not (moves or water.has_field):
         return []
     heading, speed = radians(water.current_direction_deg), water.current_m_per_s
     mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
     lasts = None if wander else water.current_variation_time_s if varies else None
+    if water.has_field:
+        (north, east), rms = setup.flow.means[auv].tolist(), setup.flow.rms[auv]
+        mean = mean[0] - north, mean[1] - east
+        square = max(float(rms) ** 2 - north**2 - east**2, 0.0) / 2.0 + varies**2
+        rate = setup.flow.wander
+        if varies:
+            rate += 2.0 * varies**2 / water.current_variation_time_s
+        varies, lasts = sqrt(square), None if wander or not rate else 2.0 * square / rate
     return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
 
 

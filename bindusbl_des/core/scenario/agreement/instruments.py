@@ -167,7 +167,7 @@ def _drift(site: Site) -> Iterator[Problem]:
 ASSUMED = {
     "environment": (
         *("sound_speed_m_per_s", "assumed_sound_speed_m_per_s", "current_m_per_s"),
-        *("current_variation_m_per_s", "current_variation_time_s"),
+        *("current_variation_m_per_s", "current_variation_time_s", "current"),
     ),
     "usbl": (
         *("misalignment_sd_deg", "gnss_correlated_sd_m", "gnss_time_constant_s"),

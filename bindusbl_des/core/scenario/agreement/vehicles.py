@@ -172,11 +172,11 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
                 f"turns what its array sees; say it of all AUVs, in navigation.{name}",
                 ("protocol.ranging",),
             )
-    flows = water.current_m_per_s > 0 or water.current_variation_m_per_s > 0
+    flows = max(water.current_m_per_s, water.current_variation_m_per_s) > 0 or water.has_field
     feels = any(group.vehicle.is_steered for group in site.groups) or asvs.vehicle.is_steered
     if flows and not feels and site.scenario.navigation.velocity == "over_ground":
         yield Problem(
-            "environment.current_m_per_s",
+            f"environment.{'current' if water.has_field else 'current_m_per_s'}",
             "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
             "ground, as of AUVs with a DVL that sees the bottom; for these set it to 0, they keep "
             "their way over ground, or use a vehicle with dynamics (remus100, bluerov2), which "

@@ -65,14 +65,16 @@ class VehicleChoice:
 
         return top_speed(self.model, dict(self.coefficients))
 
-    def carried_away(self, speeds: Sequence[float], current: float) -> tuple[int, str] | None:
-        """Return the first vehicle (index) that a current (m/s) carries away, and why; else None.
+    def carried_away(
+        self, speeds: Sequence[float], currents: Sequence[float]
+    ) -> tuple[int, str] | None:
+        """Return the first vehicle (index) that its current (m/s) carries away, and why; else None.
 
         `speeds` (m/s) are those asked of the vehicles.
         """
         from ...vehicles.guidance.departure import too_strong
 
-        return too_strong(self.model, dict(self.coefficients), speeds, current)
+        return too_strong(self.model, dict(self.coefficients), speeds, currents)
 
     @classmethod
     def read(cls, value: Any) -> Self:

@@ -8,7 +8,6 @@ from functools import cache
 from math import floor
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ....support.arrays import Floats
@@ -70,7 +69,7 @@ def refuse_impossible(
 ) -> None:
     """Raise GuidanceError for a speed above a vehicle's own, or a current that carries it away.
 
-    `speed` (n,) m/s is not read for vehicles that keep station; of `currents` (k, 2) m/s the mean
+    `speed` (n,) m/s is not read for vehicles that keep station; of the current its mean (n,), m/s,
     counts, since a vehicle makes good what a gust has cost it.
     """
     fastest = top_speed(model, overrides)
@@ -82,21 +81,24 @@ def refuse_impossible(
                 f"asked for {asked:g} m/s, but a {model} reaches {_reached(fastest)} m/s; ask for "
                 "a speed above zero and not above that",
             )
-    mean = float(np.hypot(*currents.mean(axis=0)))
-    if (found := too_strong(model, overrides, speed.tolist(), mean)) is not None:
+    if (found := too_strong(model, overrides, speed.tolist(), currents.tolist())) is not None:
         raise GuidanceError(names[found[0]], 0.0, found[1])
 
 
 def too_strong(
-    model: str, overrides: Mapping[str, float] | None, speeds: Sequence[float], current: float
+    model: str,
+    overrides: Mapping[str, float] | None,
+    speeds: Sequence[float],
+    currents: Sequence[float],
 ) -> tuple[int, str] | None:
-    """Return the first vehicle that a current (m/s) would carry away, by number, and why; or None.
+    """Return the first vehicle that its current (m/s) would carry away, by number, and why; or
+    None.
 
     A hull that cannot stop must be faster than the current at its ordered speed, of `speeds` (m/s);
     any other at full command.
     """
     fastest = top_speed(model, overrides)
-    for number, asked in enumerate(speeds):
+    for number, (asked, current) in enumerate(zip(speeds, currents, strict=True)):
         own = asked if MODELS[model].cannot_stop else fastest
         if current >= own:
             return number, (

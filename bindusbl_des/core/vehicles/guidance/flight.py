@@ -13,6 +13,7 @@ from ....support.arrays import Flags, Floats, Ints
 from ....support.compiled import compiled, inlined
 from ....support.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
+from ..currents import Field, beyond, flows
 from ..hulls import bluerov2, cybership2, forces, otter, remus100, rk4
 from ..hulls.forces import Current, MovedVehicle
 from ..motion import (
@@ -31,6 +32,7 @@ from ..motion import (
     turned_over,
     walked,
 )
+from ..reckoning import sweep
 from . import sensing, tracks
 from .sensing import Craft, NavigationState, Sensed, SteeringDrift
 from .tracks import PathPoint, PathTracks
@@ -74,7 +76,8 @@ class Flight(NamedTuple):
     The `craft` and the coefficients of its `hull`; by vehicle: `states`, `vessels`, `paths`, GNSS
     `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries, COLUMNS),
     `active` row of the path and `saturated` (n, intervals).  `currents` (any, 2): the last row
-    persists. `lost` (2,): the condition of the vehicle that was lost, and since when (s).
+    persists; the `field` adds to it. `lost` (2,): the condition of the vehicle that was lost, and
+    since when (s).
     """
 
     craft: Craft
@@ -83,6 +86,7 @@ class Flight(NamedTuple):
     vessels: Annotated[Rows, VESSEL]
     paths: PathTracks
     currents: Annotated[Floats, 2]
+    field: Field
     drift: SteeringDrift
     noise: Annotated[Floats, 3]
     corrections: Annotated[Floats, 2]
@@ -154,6 +158,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
     craft, p, paths, currents = by.craft, by.hull[0], by.paths, by.currents
     known = NavigationState(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
     model, size, control, step, steps = craft
+    swept, has_field = by.drift.wrong.swept, flows(by.field)
     vehicle, wanted = rk4.moving(size), np.empty(6)
     aim, turning, reached = PathPoint(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(by.states.shape[0]):
@@ -167,6 +172,11 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
         for interval in range(first, last):
             time, now = interval * control, min(interval, currents.shape[0] - 1)
             current = Current(currents[now, 0], currents[now, 1])
+            if has_field:
+                more_n, more_e = beyond(by.field, time, line[X], line[Y], line[Z])
+                current = Current(current.north + more_n, current.east + more_e)
+                if swept.shape[1] > 1:
+                    sweep(swept, i, interval, more_n, more_e)
             ahead, aside, _ = forces.along_body(current, vehicle.angles)
             sensed = sensing.sense(
                 craft, i, vehicle, line, (ahead, aside), interval, current, known, vessel

@@ -12,6 +12,7 @@ from ....support.packed import Packed
 from ...geometry.paths import Path, Segment
 from ...records.rows import LEARNT, Rows
 from .. import motion
+from ..currents import SAMPLES, STILL, Field, beyond, sampled
 from ..hulls import rk4
 from ..hulls.fleet import find, numbers, parameters
 from ..hulls.forces import Coefficients
@@ -161,7 +162,8 @@ class GuidedFleet:
     the current. A REMUS starts at its speed, which is through the water. At the end of its path a
     REMUS circles to starboard, a BlueROV2 hovers. ASVs start at rest with the bow against the first
     current. `currents` (k, 2), m/s along x and y, and `position_noise` (n, intervals, 2), m, hold
-    for one control interval each, the last current from then on. Axes: x North, y East, z down.
+    for one control interval each, the last current from then on; the `field` of the current adds to
+    it where a vehicle is. Axes: x North, y East, z down.
 
     A vehicle's estimate is truth + drift + noise + its row of `corrections` (n, 2), the sum of the
     corrections by its fixes, which the navigator writes. A log through the water does not measure
@@ -182,6 +184,7 @@ class GuidedFleet:
         duration_s: float,
         intervals: SteeringIntervals = USUAL,
         currents: ArrayLike = ((0.0, 0.0),),
+        field: Field = STILL,
         position_noise: Floats | None = None,
         drift: SteeringDrift | None = None,
         shared: Shared | None = None,
@@ -199,6 +202,7 @@ class GuidedFleet:
         self._intervals = max(1, begun(self.duration_s, self.control_s))
         lines = self._intervals * steps + 1
         self._currents = numbers(model, "currents", currents, (None, 2))
+        self._field = field
         noise = np.zeros((count, 1, 2)) if position_noise is None else position_noise
         length = 1 if position_noise is None else self._intervals
         noise = numbers(model, "position_noise", noise, (count, length, 2))
@@ -218,7 +222,8 @@ class GuidedFleet:
         self._states = np.zeros((count, len(kind.states)))
         hull = kind.coefficients(parameters(model, overrides))
         speeds = self._own["order"]["speed"]
-        refuse_impossible(model, overrides, self.names, speeds, self._currents)
+        self._mean_currents = self._met_on(paths)
+        refuse_impossible(model, overrides, self.names, speeds, self._mean_currents)
         if paths is None:
             self.tracks = tracks.nowhere(count)
             self._lie_at_stations()
@@ -244,8 +249,8 @@ class GuidedFleet:
         self.flight = Packed(
             flight.Flight(
                 craft, rk4.packed(hull), self._states, self._own, self.tracks, self._currents,
-                drift, noise, self.corrections, self.learnt, self.logs, self.active, self.at_limit,
-                self._lost,
+                field, drift, noise, self.corrections, self.learnt, self.logs, self.active,
+                self.at_limit, self._lost,
             )
         )  # fmt: skip
         self._move_on(0)  # write the lines of the start
@@ -260,14 +265,35 @@ class GuidedFleet:
             state[0], state[1], state[kind.heading] = path.start
             assert kind.begin is not None
             speed = float(orders["speed"][number])
-            kind.begin(hull, speed, self._currents[0], missed, memory, state)
+            current = self._first_current(*state[:3].tolist())
+            kind.begin(hull, speed, current, missed, memory, state)
+
+    def _first_current(self, x: float, y: float, z: float) -> Floats:
+        """Return the current (m/s) at a position (m) as the mission begins, (2,)."""
+        return np.asarray(self._currents[0] + beyond(self._field, 0.0, x, y, z))
+
+    def _met_on(self, paths: Sequence[Path] | None) -> Floats:
+        """Return the mean current (m/s) at each vehicle's station or along its path, (n,)."""
+        times = np.linspace(0.0, self.duration_s, SAMPLES)
+        means = np.tile(self._currents.mean(axis=0), (len(self.names), 1))
+        orders = self._own["order"]
+        for number, (speed, depth) in enumerate(zip(orders["speed"], orders["depth"], strict=True)):
+            places = np.full((SAMPLES, 3), depth)
+            if paths is None:
+                places[:, :2] = self.stations[number]
+            else:
+                places[:, :2] = paths[number].sample(speed * times)[:, :2]
+            means[number] += sampled(self._field, times, places).mean(axis=0)
+        return np.asarray(np.hypot(*means.T))
 
     def _lie_at_stations(self) -> None:
         """Put ASVs at rest at their stations, bow against the current, else North."""
-        current, orders = self._currents[0], self._own["order"]
+        orders = self._own["order"]
         self._states[:, :2] = self.stations
-        if current.any():
-            self._states[:, self.model.heading] = np.arctan2(-current[1], -current[0])
+        for state, (x, y) in zip(self._states, self.stations.tolist(), strict=True):
+            current = self._first_current(x, y, 0.0)
+            if current.any():
+                state[self.model.heading] = np.arctan2(-current[1], -current[0])
         orders["north"], orders["east"] = self.stations.T
         self._own["watch"]["reach"] = LOST_CIRCLES * self.model.watch_circle_m
 
@@ -303,11 +329,11 @@ class GuidedFleet:
                 "stronger than its thrust, or the station was never reached"
             )
         if status == flight.STUCK:
-            spent, current = flight.PATIENT_FOR * PATIENCE_S, self._currents.mean(axis=0)
+            spent, current = flight.PATIENT_FOR * PATIENCE_S, self._mean_currents[vehicle]
             return (
                 f"no headway along its path for {spent:g} s: asked for "
                 f"{self._own['order']['speed'][vehicle]:g} m/s in a current of "
-                f"{np.hypot(*current):.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
+                f"{current:.3g} m/s, it is held up by that{self._or_by_fixes}; ask for "
                 "more speed"
             )
         if not np.isfinite(state).all():
