@@ -123,14 +123,45 @@ def test_a_survey_is_drawn_moved_and_flown(opened: Open, survey: Path) -> None:
     page.wait_for_selector("#auvs tbody tr")
     assert page.input_value("#yaml") == survey.read_text()
     page.click("[data-tab=simulate]")
-    page.click("text=▶ worst seed")
-    frame = page.frame_locator("#page")
-    frame.locator("#play").press("Space")
-    frame.locator("#play[aria-label=Pause]").wait_for()
-    frame.locator("#play").press("Space")
+    page.click("text=▶ worst seed")  # on the chart, at once
+    until(page, lambda: float(page.inner_text("#clock").partition(" ")[0]) > 5.0)
+    page.locator("#play").press("Space")
+    page.locator("#play[aria-label=Play]").wait_for()
+    now = page.inner_text("#clock")
+    page.click("#next-fix")
+    assert page.inner_text("#clock") != now
+    assert "gets a fix" in page.inner_text("#log li:first-child")
+    assert not page.is_visible(".vessel >> nth=0")
+    page.click("#play-page")  # its own page, with the inspector
+    page.frame_locator("#page").locator("#play[aria-label=Play]").wait_for()
     page.click("#frame-back")
+    page.click("#play-end")
+    assert page.is_visible(".vessel >> nth=0")
     page.click("#undo")
     settled(page, survey, lambda it: it.asvs.formation.positions_m[0] == (200, -150))
+
+
+def test_a_setting_is_tried_while_its_slider_moves(opened: Open, survey: Path) -> None:
+    """What a longer range means is predicted before it is kept; so does the goal say."""
+    page = opened()
+    page.click("[data-tab=keys]")
+    slider = page.locator("input[aria-label^='acoustics.hf.range_m']")
+    before, radius = worst(page), page.locator("#map path.hf").first.bounding_box()["width"]
+    page.evaluate(
+        """() => { const it = document.querySelector("input[aria-label^='acoustics.hf.range_m']");
+                   it.value = 198; it.dispatchEvent(new Event("input", {bubbles: true})); }"""
+    )
+    until(page, lambda: worst(page) < before)
+    assert survey.read_text() == FAR
+    assert page.locator("#map path.hf").first.bounding_box()["width"] > 1.5 * radius
+    slider.fill("200")  # and lets it go
+    settled(page, survey, lambda it: it.acoustics.hf.range_m == 200)
+    assert worst(page) < before
+    page.click("[data-tab=plan]")
+    page.fill("#below", "90")
+    page.press("#below", "Tab")
+    until(page, lambda: "below 90.0 m" in page.inner_text("#predicted"))
+    assert page.inner_text("#predicted").endswith(" met")
 
 
 def test_land_is_drawn_and_erased(opened: Open, survey: Path) -> None:

@@ -88,6 +88,19 @@ starved when and why cannot be told, and there is nothing to play back. Run it w
 """
 
 
+def played(result: "Result") -> tuple[dict[str, Any], str]:
+    """Return what a page needs to play a mission: plain data, and the columns packed for it.
+
+    Raises:
+        ValueError: when it was not recorded in full.
+    """
+    if "tracks" not in result.arrow:
+        raise ValueError("only what was recorded in full is played; set record.detail to full")
+    packer, mission = Packer(), recording(result)
+    data = run_data(mission, story(mission).services, packer)
+    return data, packer.text()
+
+
 def run_page(result: "Result") -> str:
     """Return the report of one run as HTML.
 

@@ -124,11 +124,16 @@ def chart_of(setup: Setup) -> dict[str, Any]:
         "duration": timed(scenario.duration_s),
         "vessels": scenario.asvs.count,
         "placement": scenario.asvs.words,
-        "reach": {"hf": setup.horizontal_reach_m, "mf": setup.horizontal_mf_reach_m},
+        "reach": reach_of(setup),
         "route": str(scenario.auvs.route.choice),
         "points": [[list(point) for point in way] for way in _points(setup)],
         "ways": [way.round(2).tolist() for way in _ways(setup)],
     }
+
+
+def reach_of(setup: Setup) -> dict[str, float]:
+    """Return how far (m), seen from above, pings and frames go."""
+    return {"hf": setup.horizontal_reach_m, "mf": setup.horizontal_mf_reach_m}
 
 
 def shadows(setup: Setup, stations: Iterable[Sequence[float]]) -> list[list[list[list[float]]]]:

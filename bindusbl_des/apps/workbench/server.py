@@ -46,10 +46,11 @@ from ..planning.prediction.forecast import COARSE, FINE, Forecast
 from ..planning.teams import excess
 from ..planning.tender import tender, tender_cells, tender_places
 from ..report.page import asset
+from ..report.run_page import played
 from . import desk as changes
 from .desk import Desk, Stale
-from .jobs import Jobs, Refused
-from .looking import Look, shadows
+from .jobs import Job, Jobs, Refused
+from .looking import Look, reach_of, shadows
 
 Answer = TypeVar("Answer")
 
@@ -62,7 +63,7 @@ LARGEST_MESSAGE = 2_000_000
 EVERY_S = 0.4
 
 # Assets by the name of their room: those of the pages, and our own.
-SHARED = ("base.js", "page.css", "uPlot.iife.min.js", "uPlot.min.css")
+SHARED = ("base.js", "mission.js", "playback.js", "page.css", "uPlot.iife.min.js", "uPlot.min.css")
 TYPES = {".js": "text/javascript", ".css": "text/css", ".html": "text/html"}
 
 POLICY = (
@@ -360,12 +361,18 @@ class Workbench:
         await self.forecast()
 
     async def do_try(self, socket: WebSocket, asked: dict[str, Any]) -> None:
-        """Predict with vessels at other places, which are not kept."""
+        """Predict with vessels at other places, or with other keys, which are not kept."""
         look = self._look
+        if keys := asked.get("keys"):
+            made = [change for key, text in keys.items() for change in changes.key(key, text)]
+            look = await self._think(Look, edited(self.desk.text, made), self.desk.file)
         forecast = None if look is None else await self._think(lambda: look.forecast)
-        if forecast is None:
+        if look is None or forecast is None:
+            refusal = look.mistakes[0].message if look and look.mistakes else look and look.refusal
+            await self._tell({"is": "tried", "id": asked["id"], "refusal": refusal or ""}, socket)
             return
-        stations = [[float(axis) for axis in place] for place in asked["stations"]]
+        given = asked.get("stations") or forecast.setup.kept_stations_m
+        stations = [[float(axis) for axis in place] for place in given]
         found = await self._think(_tried, forecast, stations, self._shade, self._goal)
         await self._tell({"is": "tried", "id": asked["id"], "stations": stations, **found}, socket)
 
@@ -422,8 +429,9 @@ def _tried(
     forecast: Forecast, stations: list[list[float]], shade: Any, goal: Goal | None
 ) -> dict[str, Any]:
     """Return what is predicted of vessels at stations (m), and what land hides from them."""
-    hidden = shadows(forecast.setup, stations)
-    return {**_judged(forecast.at(stations, shade, COARSE, goal), goal), "shadows": hidden}
+    found = _judged(forecast.at(stations, shade, COARSE, goal), goal)
+    setup = forecast.setup
+    return {**found, "shadows": shadows(setup, stations), "reach": reach_of(setup)}
 
 
 def _judged(found: dict[str, Any], goal: Goal | None) -> dict[str, Any]:
@@ -496,6 +504,22 @@ async def _run_page(request: Request) -> Response:
     except (ValueError, OSError, LookupError) as error:
         return PlainTextResponse(f"{error}\n", 404)
     return HTMLResponse(page, headers={"content-security-policy": SANDBOX})
+
+
+async def _play(request: Request) -> Response:
+    """Return a mission of a job as data, of which a page plays it."""
+    bench: Workbench = request.app.state.bench
+    given = request.path_params
+    try:
+        found = await bench.read(_played, bench.jobs[given["job"]], given["seed"])
+    except (ValueError, OSError, LookupError) as error:
+        return PlainTextResponse(f"{error}\n", 404)
+    return JSONResponse(found)
+
+
+def _played(job: Job, seed: int) -> dict[str, Any]:
+    data, packed = played(job.result(seed))
+    return {"data": data, "packed": packed}
 
 
 async def _export(request: Request) -> Response:
@@ -573,6 +597,7 @@ def application(file: Path, token: str, port: int, plan: Path | None = None) -> 
         Route("/assets/{name}", _asset),
         Route("/keys", _keys),
         Route("/pages/{job:int}/{which}", _run_page),
+        Route("/play/{job:int}/{seed:int}", _play),
         Route("/export/{job:int}/{kind}", _export),
         Route("/drop", _drop, methods=["POST"]),
         WebSocketRoute("/talk", _talk),

@@ -19,8 +19,8 @@ const make = (tag, attributes = {}, ...children) => dressed(document.createEleme
 const svg = (tag, attributes = {}, ...children) => dressed(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 
 // Columns: zigzag differences in four byte planes, deflated; the packing is that of apps/report/page.py.
-async function unpacker() {
-  const text = atob(byId("packed").textContent);
+async function unpacker(packed = byId("packed").textContent) {
+  const text = atob(packed);
   const deflated = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
   const stream = new Blob([deflated]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());

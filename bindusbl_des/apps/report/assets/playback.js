@@ -4,7 +4,8 @@
 const SPEEDS = [0.01, 0.1, 1, 5, 10, 20, 60, 200];
 
 class Playback {
-  constructor(mission) {
+  // Its keys are heard until a signal ends that.
+  constructor(mission, signal) {
     this.mission = mission;
     this.now = 0;
     this.playing = false;
@@ -13,7 +14,7 @@ class Playback {
     this.span = null;
     this.selecting = [];
     this.controls();
-    this.keyboard();
+    this.keyboard(signal);
   }
   onChange(listener) { this.listeners.push(listener); }
   onSelect(listener) { this.selecting.push(listener); }
@@ -88,7 +89,7 @@ class Playback {
     byId("next-lost")?.addEventListener("click", () => this.nextLost());
   }
   // Keys play only where the reader is: after a click or with the focus in the playback.
-  keyboard() {
+  keyboard(signal) {
     const { duration } = this.mission, by = (step) => () => this.seek(this.now + step());
     const keys = {
       " ": () => this.play(!this.playing), f: () => this.nextFix(), l: () => this.nextLost(),
@@ -97,7 +98,7 @@ class Playback {
     const ofSlider = { PageUp: by(() => -duration / 20), PageDown: by(() => duration / 20), Home: () => this.seek(0), End: () => this.seek(duration) };
     let here = false;
     for (const kind of ["pointerdown", "focusin"]) {
-      document.addEventListener(kind, (event) => { here = byId("playback").contains(event.target); }, true);
+      document.addEventListener(kind, (event) => { here = byId("playback").contains(event.target); }, { capture: true, signal });
     }
     document.addEventListener("keydown", (event) => {
       const at = event.target, act = keys[event.key] ?? (at.id === "slider" ? ofSlider[event.key] : null);
@@ -106,7 +107,7 @@ class Playback {
       if (at.matches("button") && event.key === " ") return; // presses it
       act();
       event.preventDefault();
-    });
+    }, { signal });
   }
 }
 

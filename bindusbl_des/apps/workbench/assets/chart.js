@@ -1,6 +1,7 @@
 // The survey on a map that is dragged and drawn on: metres, north up; what is predicted as shades.
 
-const at = ([x, y]) => L.latLng(x, y), place = ({ lat, lng }) => [lat, lng];
+export const at = ([x, y]) => L.latLng(x, y);
+const place = ({ lat, lng }) => [lat, lng];
 const metres = (value) => `${Math.round(value * 10) / 10} m`;
 // How far (pixels) arrow keys move a vessel, and with shift; how long (ms) until that is kept.
 const STEP = 8, LEAP = 40, REST = 500;
@@ -152,7 +153,7 @@ export class Chart {
       const color = seriesColour(auv);
       L.polyline(way.map(at), { className: "way", color, interactive: false, pmIgnore: true }).addTo(this.layers.ways);
       const name = make("span", { style: `color:${color}` }, `AUV${auv}`);
-      L.marker(at(way[0]), { icon: L.divIcon({ className: "auv-name", html: name, iconSize: [0, 0], iconAnchor: [-4, 14] }), interactive: false, keyboard: false, pmIgnore: true }).addTo(this.layers.ways);
+      L.marker(at(way[0]), { icon: L.divIcon({ className: "auv-name planned", html: name, iconSize: [0, 0], iconAnchor: [-4, 14] }), interactive: false, keyboard: false, pmIgnore: true }).addTo(this.layers.ways);
     });
     points.forEach((way, auv) => way.forEach((point, number) => {
       const turn = L.marker(at(point), { draggable: true, pmIgnore: true, icon: L.divIcon({ className: "turn", iconSize: [12, 12] }), alt: `way point ${number} of AUV${auv}` }).addTo(this.layers.turns);
@@ -226,23 +227,29 @@ export class Chart {
     this.tellStations();
     this.try();
   }
-  // What is predicted meanwhile: one question at a time, and the newest next.
-  try() {
-    if (this.trying) { this.waiting = true; return; }
+  // What is predicted meanwhile, with vessels elsewhere or with other keys: one question at a time, and the newest next.
+  try(more = { stations: this.stations }) {
+    if (this.trying) { this.waiting = more; return; }
     this.trying = true;
     this.asked = performance.now();
-    this.bench.ask("try", { id: ++this.id, stations: this.stations });
+    this.bench.ask("try", { id: ++this.id, ...more });
   }
   tried(told) {
     if (told.id !== this.id) return;
     (bindusbl.drags ??= []).push(performance.now() - this.asked);
     this.trying = false;
-    this.tell(told, this.bench.forecast ?? {});
-    this.showShadows(told.shadows);
-    if (this.waiting) { this.waiting = null; this.try(); }
+    if (told.worst) {
+      this.tell(told, this.bench.forecast ?? {});
+      this.showShadows(told.shadows);
+      if (!this.dragging) { Object.assign(this.chart, { reach: told.reach }); this.stations = told.stations; this.showVessels(); }
+    } else byId("worst").textContent = `Nothing is predicted: ${told.refusal}`;
+    const { waiting } = this;
+    this.waiting = null;
+    if (waiting) this.try(waiting);
   }
   keep(stations) {
-    this.trying = this.waiting = false;
+    this.trying = false;
+    this.waiting = null;
     this.bench.ask("vessels", { stations });
   }
   seeAll() {

@@ -70,6 +70,17 @@ export async function keysForm(bench) {
   shown();
 }
 
+// A slider from nothing to twice the value, as far as the key's range goes; what it means is predicted as it moves.
+function slider(key, kind, range, value) {
+  if (!/number/.test(kind) || !Number.isFinite(value)) return null;
+  const [, low = 0] = />=? ?([-\d.e]+)/.exec(range) ?? [], [, high = Infinity] = /<=? ?([-\d.e]+)/.exec(range) ?? [];
+  const max = Math.min(+high, value > 0 ? 2 * value : 1), min = Math.max(+low, value < 0 ? 2 * value : 0);
+  const step = /whole/.test(kind) ? 1 : +(max / 100).toPrecision(1) || 0.01;
+  const made = make("input", { type: "range", min: /whole/.test(kind) ? min : Math.ceil(min / step - 1e-9) * step, max, step, "aria-label": `${key}, tried as it moves` });
+  made.value = value;
+  return made;
+}
+
 function keyRow(bench, { key, kind, choices, unit, default: usual, range, meaning, condition }, value) {
   const written = value === undefined ? "" : typeof value === "string" ? value : JSON.stringify(value);
   const words = choices.filter((it) => it !== "module:object"), isChoice = words.length > 0 && (written === "" || words.includes(written));
@@ -77,7 +88,11 @@ function keyRow(bench, { key, kind, choices, unit, default: usual, range, meanin
     ? make("select", {}, make("option", { value: "" }, `${usual} (default)`), ...words.map((word) => make("option", { value: word }, word)))
     : make("input", { placeholder: usual, spellcheck: "false" });
   input.value = written;
-  input.addEventListener("change", () => bench.ask("key", { key, value: input.value }));
+  const keep = () => { bench.chart.trying = false; bench.ask("key", { key, value: input.value }); };
+  input.addEventListener("change", keep);
+  const slide = isChoice ? null : slider(key, kind, range, Number(written === "" ? usual : written));
+  slide?.addEventListener("input", () => { input.value = slide.value; bench.chart.try({ keys: { [key]: slide.value } }); });
+  slide?.addEventListener("change", keep);
   const facts = [unit && unit !== "1" ? unit : "", isChoice ? "" : `${kind} ${range}`.trim(), condition ? `only with ${condition}` : ""].filter(Boolean).join("; ");
-  return make("div", { class: `row${value === undefined ? "" : " given"}` }, make("label", {}, make("code", {}, key), input), make("p", {}, `${meaning}${facts ? ` (${facts})` : ""}`));
+  return make("div", { class: `row${value === undefined ? "" : " given"}` }, make("label", {}, make("code", {}, key), input), ...(slide ? [slide] : []), make("p", {}, `${meaning}${facts ? ` (${facts})` : ""}`));
 }

@@ -90,7 +90,7 @@ export class Jobs {
   // Best, median and worst seed, and a table of all; each is played on its page.
   seeds({ number, seeds_flown: flown, mean: average, half }) {
     const told = half === null ? significant(average) : withHalf(average, half).join(" ± ");
-    const play = (row) => this.bench.open(`pages/${number}/${row.seed}#playback`, `Simulation ${number}, seed ${row.seed}`);
+    const play = (row) => this.bench.playing.open(number, row.seed, `Simulation ${number}`);
     const named = [["best", flown[0]], ["median", flown[Math.floor((flown.length - 1) / 2)]], ["worst", flown[flown.length - 1]]];
     const cell = (value, unit) => make("td", {}, value === null ? "–" : unit === "s" ? timed(value) : significant(value));
     const rows = flown.map((row) => make("tr", {}, make("th", { scope: "row" }, button(`seed ${row.seed}`, () => play(row), { class: "plain link" })), make("td", {}, row.worst_position_error_m_auv ?? ""), cell(row.worst_position_error_m), cell(row.worst_position_error_p95_m), cell(row.worst_fix_age_max_s, "s")));

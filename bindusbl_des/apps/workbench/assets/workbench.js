@@ -4,6 +4,7 @@
 import { Chart } from "./chart.js";
 import { Editor, keysForm } from "./editor.js";
 import { Jobs } from "./jobs.js";
+import { Playing } from "./playing.js";
 
 document.documentElement.dataset.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 startTheme();
@@ -141,6 +142,8 @@ tabs();
 bench.chart = new Chart(bench);
 bench.editor = new Editor(bench);
 keysForm(bench);
+bench.playing = new Playing(bench);
 new Jobs(bench);
+window.announce = (text) => say(text); // what pages tell by a hidden line
 connect();
 Object.assign(bindusbl, { ready: true, bench });
