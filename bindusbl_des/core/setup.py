@@ -147,7 +147,7 @@ class Setup(Sensors):
 
     @fact
     def usbl(self) -> "Usbl":
-        """The USBL instrument: what is the same for all vehicles (SI, rad)."""
+        """The USBL instrument that `usbl` states: of all ASVs without groups, and of AUVs (SI)."""
         from .acoustics.named_channels import timing_sd_of
         from .usbl.array import elements_of
         from .usbl.instrument import Usbl
@@ -170,6 +170,17 @@ class Setup(Sensors):
             timing_sd_of(self.scenario.acoustics.hf),
             self.taken.scenario.usbl.slow_share if is_told else 0.0,
         )
+
+    @fact
+    def usbls(self) -> "tuple[Usbl, ...]":
+        """The USBL instrument of each ASV; with passive ranging all are those of AUVs."""
+        found: list[Usbl] = []
+        for group in self.vessels:
+            alone = self
+            if group.usbl is not self.scenario.usbl:
+                alone = type(self)(self.scenario.model_copy(update={"usbl": group.usbl}))
+            found += [alone.usbl] * len(group.members)
+        return tuple(found)
 
     @fact
     def beliefs(self) -> "tuple[Beliefs, Growths]":

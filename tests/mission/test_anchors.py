@@ -422,9 +422,11 @@ def test_information_is_as_good_as_an_exhaustive_search(vessels: int) -> None:
     here = np.array([(-12.0, 0.0), (15.0, 5.0)])[:vessels]
     known: Any = KnownOfTwo()
     working = np.ones(vessels, dtype=np.bool_)
-    view = AnchorView(0.0, 0.0, here, here.copy(), working, speed, reach, known, known)
+    view = AnchorView(
+        0.0, 0.0, here, here.copy(), working, np.full(vessels, speed), reach, known, known
+    )
     placement = information.InformationPlacement(
-        errors, horizon_s=horizon, hysteresis=0.0, criterion="trace"
+        [errors] * vessels, horizon_s=horizon, hysteresis=0.0, criterion="trace"
     )
     courses = [known.at(step * k)[:, :2] for k in range(1, 9)]
     found = judged(placement.targets(view), courses, here, speed, step, reach)

@@ -19,7 +19,8 @@ from bindusbl_des.core.records.events import HEARD
 from bindusbl_des.core.records.rows import PING, RECEPTION
 from bindusbl_des.core.usbl.fixes import HeardBeacon, located_with_errors, measured_with_errors
 from bindusbl_des.core.usbl.fusion import fuse_shared
-from bindusbl_des.core.usbl.measuring import Instrument
+from bindusbl_des.core.usbl.instrument import packed
+from bindusbl_des.core.usbl.measuring import Instrument, PackedInstrument
 from bindusbl_des.core.usbl.systematic_effects import SLOW, SYSTEMATIC, Systematic
 from bindusbl_des.core.usbl.two_way import Heard
 from bindusbl_des.core.vehicles.motion import together
@@ -43,7 +44,7 @@ def array_of(name: str) -> Array:
     return Setup(scenario(usbl={"array": name})).usbl.array
 
 
-def instrument_of(array: str, sds: Any, wrong: float, **more: Any) -> Instrument:
+def instrument_of(array: str, sds: Any, wrong: float, **more: Any) -> PackedInstrument:
     """Return an instrument by the noise of TDOAs, travel time, steps, attitude and GNSS, and by how
     much it takes sound for too fast.
     """
@@ -56,7 +57,7 @@ def instrument_of(array: str, sds: Any, wrong: float, **more: Any) -> Instrument
         true_sound_speed=SOUND,
         **more,
     )
-    return Instrument(usbl.array, usbl.metric, usbl.levels[0])
+    return packed([usbl] * 3)
 
 
 @dataclass(frozen=True)
@@ -381,6 +382,7 @@ def beacon(wrong: Array, place: Array, **told: int) -> tuple[Array, Array, Array
     reception["arrived_at_s"], reception["travel_time_s"] = at, way
     own = HeardBeacon(ping[0], reception[0], tuple(place.tolist()), yaw, np.zeros(20))
     instrument = instrument_of("oem5", (0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0), wrong[3])
+    one = Instrument(instrument.array[0], instrument.metric[0], instrument.levels[0])
     levels, sds = np.zeros(1, dtype=SYSTEMATIC), SDS[[0, *[1] * 2, *range(3, 12)]]
     for kind in ("misalignment", "gnss", "sound_speed", "clock", "slow"):
         levels[f"{kind}_at"] = NONE
@@ -389,7 +391,7 @@ def beacon(wrong: Array, place: Array, **told: int) -> tuple[Array, Array, Array
         levels[0], SDS[[0, 3, 4, 9, 10, 11]] ** 2, wrong[:1], wrong[1:3].reshape(1, 1, 2),
         wrong[None, 4:],
     )  # fmt: skip
-    return located_with_errors(own, instrument, systematic)
+    return located_with_errors(own, one, systematic)
 
 
 @pytest.mark.parametrize("column", range(6))

@@ -10,7 +10,7 @@ from bindusbl_des.core.vehicles.vehicle import Steered
 
 def test_a_vessel_goes_straight_and_rests() -> None:
     """50 m at 2.5 m/s from 10 s on: half way at 20 s, there at 30 s, with its last heading."""
-    fleet = Steered(np.array([[0.0, 0.0], [7.0, 7.0]]), 2.5, 3, lead_s=1.0)
+    fleet = Steered(np.array([[0.0, 0.0], [7.0, 7.0]]), np.full(2, 2.5), 3, lead_s=1.0)
     fleet.go(10.0, np.array([[30.0, 40.0], [7.0, 7.0]]))
     vessel, other = fleet.vehicles
     yaw = np.arctan2(40.0, 30.0)
@@ -27,7 +27,7 @@ def test_a_vessel_goes_straight_and_rests() -> None:
 
 def test_an_order_changes_nothing_before_it_holds() -> None:
     """Turned back half way: the way so far stays, what lay ahead of it is gone."""
-    fleet = Steered(np.zeros((1, 2)), 1.0, 3, lead_s=1.0)
+    fleet = Steered(np.zeros((1, 2)), np.ones(1), 3, lead_s=1.0)
     fleet.go(0.0, np.array([[20.0, 0.0]]))
     before = fleet.vehicles[0].sample(np.linspace(0.0, 10.0, 50))
     fleet.go(10.0, np.array([[10.0, 5.0]]))
@@ -47,7 +47,7 @@ def test_no_vessel_exceeds_its_speed(
     speed: float, start: tuple[float, float], told: list[tuple[float, tuple[float, float]]]
 ) -> None:
     """However it is told about: between any two instants it goes no farther than it can."""
-    fleet, time = Steered(np.array([start]), speed, len(told), lead_s=1.0), 0.0
+    fleet, time = Steered(np.array([start]), np.array([speed]), len(told), lead_s=1.0), 0.0
     for later, target in told:
         time += later
         fleet.go(time, np.array([target]))

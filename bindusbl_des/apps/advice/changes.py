@@ -250,11 +250,15 @@ def _formations(setup: Setup, needless: list[str]) -> list[Iterator[Change]]:
     asked = scenario.asvs.formation
     if asked.moves:
         needless.append("other places of ASVs (they move)")
-        return [] if getattr(asked, "start_m", ()) is not None else [_another(scenario)]
+        is_fixed = scenario.asvs.groups or getattr(asked, "start_m", ()) is not None
+        return [] if is_fixed else [_another(scenario)]
     if asked.moored is None:
         needless.append("other places of ASVs (a placement of your own puts them there)")
         return []
     ways = Ways(scenario)
+    if scenario.asvs.groups:
+        needless.append("one more ASV (asvs.groups says which there are)")
+        return [_moved(setup, ways)]
     if scenario.asvs.count == 1:
         needless.append("another radius or angle (a single ASV lies in the middle)")
         return [_more(setup, ways)]

@@ -297,7 +297,8 @@ def _directions(setup: "Setup") -> dict[str, Any]:
 
     if setup.scenario.usbl.model.is_own:
         return {"bearing_sd_deg": None, "elevation_sd_deg": None}
-    bearing, elevation = (math.degrees(sd) or None for sd in setup.usbl.level_sds())
+    worst = zip(*(usbl.level_sds() for usbl in setup.usbls), strict=True)
+    bearing, elevation = (math.degrees(max(sds)) or None for sds in worst)
     return {"bearing_sd_deg": bearing, "elevation_sd_deg": elevation}
 
 

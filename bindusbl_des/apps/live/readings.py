@@ -158,8 +158,9 @@ class Instruments:
             slow_gnss(Setup.of(scenario), streams),
             [(math.nan, math.nan)] * len(asvs),
         )
-        self._sd_m = scenario.usbl.gnss_sd_m
-        self._heading_sd = math.radians(scenario.usbl.heading_sd_deg)
+        carried = [group.usbl for group in Setup.of(scenario).vessels for _ in group.members]
+        self._sds_m = [usbl.gnss_sd_m for usbl in carried]
+        self._heading_sds = [math.radians(usbl.heading_sd_deg) for usbl in carried]
         begun = [
             (ping.ping, f"AUV{ping.auv}" if ping.asv is None else f"ASV{ping.asv}")
             for ping in mission.pings_under_way()
@@ -229,8 +230,8 @@ class Instruments:
             name = f"ASV{asv}"
             gnss, turn = self._gnss[asv].standard_normal(2), self._compass[asv].standard_normal()
             if asv not in failed and self._is_wanted(name):
-                yield self._position(at_s, asv, (x, y), gnss * self._sd_m)
-                heading = math.remainder(yaw + self._heading_sd * turn, math.tau)
+                yield self._position(at_s, asv, (x, y), gnss * self._sds_m[asv])
+                heading = math.remainder(yaw + self._heading_sds[asv] * turn, math.tau)
                 yield Compass(at_s, name, heading)
             if self._truth and self._is_wanted(name):
                 yield Truth(at_s, name, (x, y, z), yaw)
@@ -259,6 +260,6 @@ class Instruments:
         velocity = None
         if not math.isnan(was[0]):
             velocity = (x - was[0]) * RATE_HZ, (y - was[1]) * RATE_HZ
-        sd = math.hypot(self._sd_m, self._mission.scenario.usbl.gnss_correlated_sd_m)
+        sd = math.hypot(self._sds_m[asv], self._mission.scenario.usbl.gnss_correlated_sd_m)
         seen = x + float(noise[0]), y + float(noise[1])
         return Gnss(at_s, f"ASV{asv}", seen, velocity, sd)

@@ -273,6 +273,7 @@ def counts_of(point: Mapping[str, Any], scenario: Scenario, listed: bool) -> Seq
     formation = scenario.asvs.formation
     named = ("asvs.count", "asvs.formation", "asvs.formation.positions_m")
     is_fixed = any(key in point for key in named) or not (formation.moored or formation.moves)
+    is_fixed |= bool(scenario.asvs.groups)  # whose vessels they are
     return (scenario.asvs.count,) if listed or is_fixed else _counts(scenario)
 
 

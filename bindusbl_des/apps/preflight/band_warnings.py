@@ -177,7 +177,8 @@ def fastest_m_per_s(setup: Setup) -> float | None:
     asvs, vehicles = scenario.asvs, [group.vehicle for group in setup.groups]
     if any(wing.asked.choice.is_own for wing in setup.wings):
         return None
-    moved = any(hull.is_steered or hull.choice.is_own for hull in (*vehicles, asvs.vehicle))
+    vessels = [group.vehicle for group in setup.vessels]
+    moved = any(hull.is_steered or hull.choice.is_own for hull in (*vehicles, *vessels))
     recorded = any(wing.asked.is_recorded for wing in setup.wings)
     if moved or recorded or asvs.formation.moored is None:
         return None

@@ -41,7 +41,9 @@ def counts_of(setup: Setup) -> dict[str, float]:
     auvs, asvs, duration = scenario.auvs, scenario.asvs, scenario.duration_s
     record, full = scenario.record, scenario.record.detail == "full"
     steered = sum(auv.group.vehicle.has_dynamics for auv in setup.auvs)
-    moving = steered + asvs.count * asvs.vehicle.has_dynamics
+    moving = steered + sum(
+        len(group.members) * group.vehicle.has_dynamics for group in setup.vessels
+    )
     lanes, legs = _planned(setup)
     return {
         **_protocol(setup),

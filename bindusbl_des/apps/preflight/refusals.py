@@ -108,8 +108,14 @@ def _carried_away(setup: Setup, current: float, *, is_sure: bool) -> Iterator[Pr
         )
         for group in setup.groups
     ]
-    drifts = asvs.vehicle.carried_away if asvs.vehicle.has_dynamics else None
-    fleets.append((("asvs.vehicle", "ASV", 0), drifts, [0.0] * asvs.count))
+    fleets += [
+        (
+            (group.key("asvs.vehicle"), "ASV", group.members.start),
+            group.vehicle.carried_away if group.vehicle.has_dynamics else None,
+            [0.0] * len(group.members),
+        )
+        for group in setup.vessels
+    ]
     for (hull, word, first), carried_away, speeds in fleets:
         after = first + len(setup.auvs) * (word == "ASV")
         own = currents[after : after + len(speeds)]

@@ -196,14 +196,15 @@ def _fastest(track: tuple[Floats, Floats]) -> float:
 
 def _asv_speed(setup: Setup, auv_speed: float, sigmas: float) -> float:
     """Return how fast (m/s) ASVs are; user-defined ones as fast as AUVs at least."""
-    placement, vehicle = setup.scenario.asvs.formation, setup.scenario.asvs.vehicle
+    placement = setup.scenario.asvs.formation
     if placement.recording is not None:
         return max(map(_fastest, setup.asv_tracks or ()))
     if placement.replanned is not None:
-        return placement.replanned.speed_m_per_s
-    if not vehicle.is_steered:
-        return 0.0
-    return _driven(setup, vehicle, auv_speed, sigmas)
+        usual = placement.replanned.speed_m_per_s
+        return max(group.speed_m_per_s or usual for group in setup.vessels)
+    steered = [group.vehicle for group in setup.vessels if group.vehicle.is_steered]
+    driven = [_driven(setup, vehicle, auv_speed, sigmas) for vehicle in steered]
+    return max(driven, default=0.0)
 
 
 def _clock_error(scenario: Scenario, sigmas: float) -> float:

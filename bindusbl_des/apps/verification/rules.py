@@ -283,7 +283,8 @@ def believed_off_m(case: Case) -> float:
         bounds.sound_speed_error_m_per_s,
         case.closing_m_per_s * answering_s(case) if called else 0.0,
     )
-    return farthest_off(setup.usbl, case.nearest_m, case.farthest_m, beside, bounds.sigmas)
+    given = case.nearest_m, case.farthest_m, beside, bounds.sigmas
+    return max(farthest_off(usbl, *given) for usbl in setup.usbls)
 
 
 def position_age_s(case: Case) -> float:

@@ -1,7 +1,7 @@
 """Builds the world of a mission from its scenario."""
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from itertools import count
 from typing import Any
@@ -320,10 +320,14 @@ def _passive(
 def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
     """Return how the fleet of a scenario measures pings."""
     usbl = setup.scenario.usbl
-    instrument: Usbl | UsblWithErrors | OwnInstrument | None = instrument_named(usbl.model)
+    instrument: Sequence[Usbl] | UsblWithErrors | OwnInstrument | None = instrument_named(
+        usbl.model
+    )
     if instrument is None:
         systematic = systematic_errors_of(setup, streams)
-        instrument = setup.usbl if systematic is None else UsblWithErrors(setup.usbl, systematic)
+        fleet = setup.scenario.asvs
+        carried = setup.usbls if fleet.groups else (setup.usbl,) * max(fleet.count, 1)
+        instrument = carried if systematic is None else UsblWithErrors(carried, systematic)
     counts, slow = (setup.scenario.auvs.count, setup.scenario.asvs.count), None
     if not usbl.model.is_own:
         elements = len(elements_of(usbl.array))

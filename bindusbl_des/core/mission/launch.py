@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -29,7 +29,7 @@ from ..protocol.predicted_positions import CarriedForward, courses, planned_vehi
 from ..protocol.view import known_of
 from ..records.rows import LEARNT, Recorder, Rows
 from ..scenario.families import ASV, AUV, NAVIGATOR
-from ..scenario.groups import Auv
+from ..scenario.groups import Auv, Vessels
 from ..scenario.own_routes import WayView, own_motion
 from ..scenario.part_choice import own_part
 from ..scenario.sections.navigation import Navigation
@@ -133,30 +133,30 @@ def guided_auvs(
 
 
 def guided_asvs(
-    setup: Setup,
-    stations: Sequence[tuple[float, float]],
-    streams: Streams,
-    water: MissionCurrent,
-) -> "GuidedFleet":
+    setup: Setup, vessels: Vessels, streams: Streams, water: MissionCurrent,
+    shared: "Shared | None",
+) -> "GuidedFleet":  # fmt: skip
     """Return the trajectories of ASVs with dynamics, which keep station by noisy GNSS positions."""
     from ..vehicles.guidance.departure import DeparturePlan
     from ..vehicles.guidance.guided_fleet import GuidedFleet
 
-    scenario, asvs, count = setup.scenario, setup.scenario.asvs, setup.control_intervals
+    count, members = setup.control_intervals, list(vessels.members)
     noise = [
-        streams.of(Purpose.STATION, asv).standard_normal((count, 2)) * scenario.usbl.gnss_sd_m
-        for asv in range(asvs.count)
+        streams.of(Purpose.STATION, asv).standard_normal((count, 2)) * vessels.usbl.gnss_sd_m
+        for asv in members
     ]
     return GuidedFleet(
-        asvs.vehicle.model,
+        vessels.vehicle.model,
         DeparturePlan(
-            stations=np.array(stations), names=[f"ASV{index}" for index in range(asvs.count)]
+            stations=np.array([setup.stations_m[asv] for asv in members]),
+            names=[f"ASV{asv}" for asv in members],
         ),
-        dict(asvs.vehicle.coefficients),
+        dict(vessels.vehicle.coefficients),
         currents=water.series,
         field=setup.flow.field,
         duration_s=count * CONTROL_S,
-        position_noise=np.stack(noise) + slow_gnss(setup, streams),
+        position_noise=np.stack(noise) + slow_gnss(setup, streams)[members],
+        shared=shared,
     )
 
 
@@ -233,38 +233,61 @@ def _foreseen(setup: Setup, wrong: Wrong) -> VehicleFleet:
 
 def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
     """Return AUVs some of which have dynamics; the whole way of those that know where they are is
-    foreseen.  Those of several kinds share one table of motions.
+    foreseen.
+    """
+    return _mixed(
+        [
+            Alike(
+                auvs[0].group.vehicle.model,
+                slice(auvs[0].number, auvs[-1].number + 1),
+                [] if auvs[0].group.vehicle.has_dynamics else _unguided(setup, auvs),
+                partial(guided_auvs, setup, auvs, water, wrong),
+            )
+            for auvs in _alike(setup)
+        ],
+        setup.control_intervals * CONTROL_S,
+    )
+
+
+class Alike(NamedTuple):
+    """Vehicles of one hull, by their numbers: `unguided`, or else made by `guide`."""
+
+    model: str
+    numbers: slice
+    unguided: Sequence[Any]
+    guide: "Callable[[Shared | None], GuidedFleet]"
+
+
+def _mixed(kinds: Sequence[Alike], lasts: float) -> VehicleFleet:
+    """Return a fleet of vehicles some of which have dynamics, for a time (s).  Those of several
+    kinds share one table of motions.
     """
     from ..vehicles.guidance.guided_fleet import Shared, lines_of
     from ..vehicles.hulls.fleet import find
 
-    alike, lasts = _alike(setup), setup.control_intervals * CONTROL_S
-    if len(alike) == 1:
-        guided = guided_auvs(setup, alike[0], water, wrong, None)
-        members = [guided.vehicle(auv.number) for auv in alike[0]]
+    if len(kinds) == 1:
+        guided = kinds[0].guide(None)
+        members = [guided.vehicle(number) for number in range(kinds[0].numbers.stop)]
         return _under_way(members, guided.motion, [guided], (guided.corrections, guided.learnt))
-    still = [[] if auvs[0].group.vehicle.has_dynamics else _unguided(setup, auvs) for auvs in alike]
     sizes: list[int] = []
     steps: list[float] = []
-    for auvs, own in zip(alike, still, strict=True):
-        model = auvs[0].group.vehicle.model
-        sizes += [len(vehicle.legs) for vehicle in own] or [lines_of(model, lasts)] * len(auvs)
-        steps += [0.0 if own else find(model).step_s] * len(auvs)
+    for model, whose, own, _ in kinds:
+        count = whose.stop - whose.start
+        sizes += [len(vehicle.legs) for vehicle in own] or [lines_of(model, lasts)] * count
+        steps += [0.0 if own else find(model).step_s] * count
     first = np.concatenate(([0], np.cumsum(sizes)))
     table = np.zeros((first[-1], LEG_COLUMNS))
     corrections, learnt = np.zeros((len(steps), 2)), np.zeros(len(steps), dtype=LEARNT)
     vehicles: list[Vehicle] = []
     fleets: list[GuidedFleet] = []
-    for auvs, own in zip(alike, still, strict=True):
-        whose = slice(auvs[0].number, auvs[-1].number + 1)
+    for _, whose, own, guide in kinds:
         rows = table[first[whose.start] : first[whose.stop]]
         if own:
             rows[:] = np.concatenate([vehicle.legs for vehicle in own])
             vehicles += own
             continue
-        shared = Shared(rows, corrections[whose], learnt[whose])
-        fleets.append(guided_auvs(setup, auvs, water, wrong, shared))
-        vehicles += [fleets[-1].vehicle(number) for number in range(len(auvs))]
+        fleets.append(guide(Shared(rows, corrections[whose], learnt[whose])))
+        vehicles += [fleets[-1].vehicle(number) for number in range(whose.stop - whose.start)]
     motion = Motion(table, first.astype(np.int64), np.array(steps))
     return _under_way(vehicles, motion, fleets, (corrections, learnt))
 
@@ -285,26 +308,39 @@ def _under_way(
 
 def launch_asvs(setup: Setup, streams: Streams, water: MissionCurrent) -> VehicleFleet:
     """Return the ASVs of a setup at their stations or on their tracks, in index order."""
-    vehicle = setup.scenario.asvs.vehicle
-    if setup.asv_tracks is None and vehicle.has_dynamics and setup.stations_m:
-        guided = guided_asvs(setup, setup.stations_m, streams, water)
-        guided.advance(guided.duration_s)
-        members = [guided.vehicle(asv) for asv in range(setup.scenario.asvs.count)]
-        return VehicleFleet(members, guided.motion)
-    return _once(setup, "asvs", _unguided_asvs)
+    steered = any(vessels.vehicle.has_dynamics for vessels in setup.vessels)
+    if setup.asv_tracks is not None or not steered or not setup.stations_m:
+        return _once(setup, "asvs", _unguided_asvs)
+    return _mixed(
+        [
+            Alike(
+                vessels.vehicle.model,
+                slice(vessels.members.start, vessels.members.stop),
+                [] if vessels.vehicle.has_dynamics else _unguided_asvs(setup, vessels).vehicles,
+                partial(guided_asvs, setup, vessels, streams, water),
+            )
+            for vessels in setup.vessels
+        ],
+        setup.control_intervals * CONTROL_S,
+    )
 
 
-def _unguided_asvs(setup: Setup) -> VehicleFleet:
-    own = setup.scenario.asvs.vehicle.own
+def _unguided_asvs(setup: Setup, only: Vessels | None = None) -> VehicleFleet:
+    """Return ASVs without dynamics at their stations or on their tracks, all or `only` some."""
     if setup.asv_tracks is not None:
         return _segmented([recorded(*track) for track in setup.asv_tracks])
-    if not own:
-        return _segmented([moored(Place(x, y, 0.0, 0.0)) for x, y in setup.stations_m])
-    ways = [
-        WayView(number, 0.0, 0.0, setup.scenario.duration_s, partial(_stay, (x, y, 0.0)))
-        for number, (x, y) in enumerate(setup.stations_m)
-    ]
-    return _segmented([recorded(*track) for track in own_motion(ASV, own, ways)])
+    found: list[SegmentedTrajectory] = []
+    for vessels in setup.vessels if only is None else (only,):
+        stations = [(asv, setup.stations_m[asv]) for asv in vessels.members]
+        if not (own := vessels.vehicle.own):
+            found += [moored(Place(x, y, 0.0, 0.0)) for _, (x, y) in stations]
+            continue
+        ways = [
+            WayView(number, 0.0, 0.0, setup.scenario.duration_s, partial(_stay, (x, y, 0.0)))
+            for number, (x, y) in stations
+        ]
+        found += [recorded(*track) for track in own_motion(ASV, own, ways)]
+    return _segmented(found)
 
 
 def _stay(place: tuple[float, float, float], distances: Floats) -> Floats:
@@ -326,8 +362,10 @@ def launch_anchors(setup: Setup, auvs: VehicleFleet, record: Recorder) -> Anchor
     prediction = CarriedForward(launched, courses(setup))
     depths = np.array([auv.depth_m for auv in setup.auvs])
 
-    def errors() -> FixErrors:
-        return fix_errors(setup.usbl, setup.ping_loss, depths, setup.horizontal_reach_m)
+    def errors() -> list[FixErrors]:
+        given = setup.ping_loss, depths, setup.horizontal_reach_m
+        found = {id(usbl): fix_errors(usbl, *given) for usbl in setup.usbls}
+        return [found[id(usbl)] for usbl in setup.usbls]
 
     return anchors_of(setup, prediction, known_of(setup, auvs, record), setup.room, errors)
 

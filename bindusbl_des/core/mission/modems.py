@@ -124,13 +124,17 @@ class Sensors:
     """
 
     def __init__(self, setup: Setup, fleets: Sequence[VehicleFleet], streams: Streams) -> None:
-        usbl = setup.scenario.usbl
+        usbl, asvs = setup.scenario.usbl, setup.vessels
         self.sound_speed = setup.usbl.sound_speed
         self.travel_time_sd_s = setup.usbl.range_sd(1) / self.sound_speed
         self._setup, self._streams, self._auvs = setup, streams, len(fleets[0])
         self._vehicles = [*fleets[0].vehicles, *fleets[1].vehicles]
-        self._fleets, self._usbl = fleets, replace(setup.usbl, gnss_sd=0.0)
-        self._tilts = np.radians((usbl.heading_sd_deg, usbl.pitch_sd_deg, usbl.roll_sd_deg))
+        self._fleets = fleets
+        self._usbls = [replace(usbl, gnss_sd=0.0) for usbl in setup.usbls]
+        carried = [usbl] * self._auvs + [group.usbl for group in asvs for _ in group.members]
+        self._tilts = np.radians(
+            [(own.heading_sd_deg, own.pitch_sd_deg, own.roll_sd_deg) for own in carried]
+        )
         self._sees = not usbl.model.is_own
 
     def _true(self, vehicle: int, time: float) -> Floats:
@@ -142,7 +146,7 @@ class Sensors:
         """Return the pose that a vehicle's own sensors measure now."""
         time, vehicle = node.clock, node.number
         _, _, depth, yaw = self._true(vehicle, time)
-        turned, pitch, roll = self._tilts * node.random.standard_normal(3)
+        turned, pitch, roll = self._tilts[vehicle] * node.random.standard_normal(3)
         if vehicle < self._auvs:
             depth += pressure_errors(self._setup, self._streams, vehicle, np.array([time]))[0]
         return SensedPose(float(depth), float(yaw + turned), float(pitch), float(roll))
@@ -156,7 +160,9 @@ class Sensors:
         away = float(np.linalg.norm(here[:3] - there[:3]))
         noise = node.random.standard_normal(NOISE_WIDTH)
         came, yaw = away / self.sound_speed, float(here[3])
-        place, _ = self._usbl.locate(there[:3], here[:3], yaw, came, noise)
+        place, _ = self._usbls[node.number - self._auvs].locate(
+            there[:3], here[:3], yaw, came, noise
+        )
         north, east, down = (place - here[:3]) / max(float(np.linalg.norm(place - here[:3])), 1e-9)
         azimuth, elevation = math.atan2(east, north) - yaw, -math.asin(down)
         return SeenDirection(azimuth, elevation, (float(north), float(east), float(down)))

@@ -12,6 +12,7 @@ from ..navigation.dead_reckoning import random_walk
 from ..records.events import HEARD, LASTING_ERRORS
 from ..records.rows import NONE, Rows
 from ..setup import Setup
+from ..usbl.instrument import packed
 from ..usbl.systematic_effects import SYSTEMATIC, Systematic
 from ..vehicles.currents import CONTROL_S, gauss_markov
 from ..vehicles.reckoning import Wrong, skews_of
@@ -207,7 +208,7 @@ def lasting_errors(
         off = systematic.gnss[asv[heard], (instants / CONTROL_S).astype(np.int64)]
         found["gnss_error_x_m"][heard], found["gnss_error_y_m"][heard] = off.T
     if "slow" in kinds:
-        levels = setup.usbl.levels[0]
+        levels = packed(setup.usbls).levels[asv]
         fixed, way = levels["travel_time_sd_s"], receptions["travel_time_s"]
         sd = setup.usbl.sound_speed * np.hypot(fixed, levels["path_share"] * way)
         found["slow_range_error_m"][:] = np.where(

@@ -4,7 +4,7 @@ Compiled code decides them (:mod:`.reception`).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import NamedTuple
 
@@ -20,8 +20,8 @@ from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import NONE, EventBuffer, Recorder, Row, Rows
 from ..usbl.array import ELEMENTS, plus, scaled
 from ..usbl.fixes import OUTLIER_WIDTH, UsblWithErrors, measured, measured_with_errors, note
-from ..usbl.instrument import Usbl
-from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, Instrument, gnss_noise
+from ..usbl.instrument import Usbl, packed
+from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, gnss_noise
 from ..usbl.own_instrument import OwnInstrument, mirrored, sounding_of
 from ..usbl.range_rates import RangeRates
 from ..usbl.slow_errors import SLOW, advance, blend
@@ -41,7 +41,7 @@ class Measuring:
 
     def __init__(
         self,
-        instrument: Usbl | UsblWithErrors | OwnInstrument,
+        instrument: Sequence[Usbl] | UsblWithErrors | OwnInstrument,
         streams: Streams,
         auvs: int,
         asvs: int,
@@ -64,12 +64,14 @@ class Measuring:
             self._errors = Packed(PackedErrors(*systematic, jacobians.of, jacobians.left))
             jacobians.hand_on(self._errors)
         further = outliers
-        if isinstance(instrument, Usbl):
-            further += max(len(instrument.array) - ELEMENTS, 0)
+        self.own, self.instrument = None, NO_INSTRUMENT
+        if isinstance(instrument, OwnInstrument):
+            self.own = instrument
+        else:
+            self.instrument = packed(instrument)
+            further += max(self.instrument.array.shape[1] - ELEMENTS, 0)
         self.noise = NoiseStore(streams, auvs, asvs, NOISE_WIDTH + 1, further)
-        self.own = instrument if isinstance(instrument, OwnInstrument) else None
         self.draw = cache(partial(streams.of, Purpose.INSTRUMENT))
-        self.instrument = instrument.packed if isinstance(instrument, Usbl) else NO_INSTRUMENT
         self.slow = np.zeros((auvs, asvs, 0), SLOW) if slow is None else slow
         #: The address of the packed systematic errors; None without any: their code is left out.
         self.errors = None if self._errors is None else self._errors.address
@@ -355,17 +357,16 @@ class Outcomes:
         noise, (_, snr_db) = self._noise_at(row), self.outcome_of(row)
         alone = self._record.receptions.rows[row : row + 1].copy()
         alone["outcome"], alone["snr_db"] = HEARD, snr_db
-        array, metric, levels = measuring.instrument
-        instrument = Instrument(array, metric, levels[0])
+        instruments, levels = measuring.instrument, measuring.instrument.levels[asv]
         heard = Heard(sent, alone, noise[np.newaxis])
         *vessel, yaw = self._listeners.vehicles[asv].at(float(alone["arrived_at_s"][0]))
-        gnss_sd, heading_sd = float(levels["gnss_sd_m"][0]), levels["attitude_sd_rad"][0, 2]
+        gnss_sd, heading_sd = float(levels["gnss_sd_m"]), levels["attitude_sd_rad"][2]
         own = plus((vessel[0], vessel[1], vessel[2]), scaled(gnss_noise(noise), gnss_sd))
         if measuring.systematic is None:
-            place, covariance = measured(heard, self._listeners.motion, instrument, self._strayed)
+            place, covariance = measured(heard, self._listeners.motion, instruments, self._strayed)
         else:
             place, covariance, *_ = measured_with_errors(
-                heard, self._listeners.motion, instrument, self._strayed, measuring.systematic
+                heard, self._listeners.motion, instruments, self._strayed, measuring.systematic
             )
             arrived_at = float(alone["arrived_at_s"][0])
             own = plus(own, gnss_error(asv, arrived_at, measuring.systematic))

@@ -195,16 +195,15 @@ def _make(
     elif gnss_noise is not None:
         _locate_itself(fix, ping, packed, errors, gnss_noise)
     else:
-        instrument = instrument_of(by.instrument)
         heard = Heard(ping, receptions, by.noise.taken_now)
         if errors is not None:
             packed_errors = unpacked(errors, PackedErrors)
             place, covariance, jacobian, packed_errors.left[fix] = measured_with_errors(
-                heard, by.listeners, instrument, by.strayed, systematic_of(packed_errors)
+                heard, by.listeners, by.instrument, by.strayed, systematic_of(packed_errors)
             )
             packed_errors.jacobians[fix] = jacobian[:2]
         else:
-            place, covariance = measured(heard, by.listeners, instrument, by.strayed)
+            place, covariance = measured(heard, by.listeners, by.instrument, by.strayed)
         note(row, ping, place, covariance)
     copy_direction(row, receptions)
 
@@ -215,7 +214,8 @@ def _locate_itself(
 ) -> None:
     """Write the fix that an AUV makes itself by an ASV's ping; arguments as of :func:`resolve`."""
     by = unpacked(packed, Decided)
-    row, instrument, drawn = by.fixes[fix], instrument_of(by.instrument), by.noise.taken_now[0]
+    row, drawn = by.fixes[fix], by.noise.taken_now[0]
+    instrument = instrument_of(by.instrument, 0)  # AUVs' arrays are alike
     reception = by.receptions[row.first]
     x, y, z, yaw = where(by.listeners, reception.listener, reception.arrived_at_s)
     drawn[GNSS_NOISE:NOISE_WIDTH] = gnss_noise[ping.ping]  # the ASV's, the same for all listeners

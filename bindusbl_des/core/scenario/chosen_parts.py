@@ -5,7 +5,7 @@ from operator import attrgetter
 from typing import Any
 
 from ...support.plugins import Family, PluginError, allow, is_plugin, loaded
-from .families import AUV, FAMILIES, ROUTE
+from .families import ASV, AUV, FAMILIES, INSTRUMENT, ROUTE
 from .part_choice import PartChoice, own_mistakes, own_part
 from .scenario_keys import ScenarioKeys
 
@@ -20,6 +20,12 @@ def parts_of(scenario: ScenarioKeys) -> Iterator[tuple[str, Family[Any], PartCho
             if own is not None:
                 name = family.key.removeprefix("auvs.")
                 yield f"auvs.groups.{number}.{name}", family, own.choice
+    for number, vessels in enumerate(scenario.asvs.groups):
+        key = f"asvs.groups.{number}"
+        if vessels.vehicle is not None:
+            yield f"{key}.vehicle", ASV, vessels.vehicle.choice
+        if vessels.usbl is not None and vessels.usbl.model is not None:
+            yield f"{key}.usbl.model", INSTRUMENT, vessels.usbl.model
 
 
 def loaded_parts(scenario: ScenarioKeys) -> tuple[object, ...]:

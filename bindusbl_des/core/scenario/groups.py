@@ -1,4 +1,5 @@
-"""The AUVs of a scenario one by one: keys of `auvs.groups`, or else the keys for all AUVs.
+"""The vehicles of a scenario one by one: keys of `auvs.groups`, or else those for all AUVs;
+`asvs.groups` likewise.
 
 A fleet without groups is a single group, so code that needs an AUV's speed, depth or hull asks here
 and need not know whether the fleet is mixed.
@@ -15,7 +16,8 @@ from .part_choice import Settings
 from .scenario_keys import ScenarioKeys
 from .sections.navigation import Navigation
 from .sections.routes import Route
-from .sections.vehicles import AuvGroup, AuvVehicle
+from .sections.usbl import UsblSection
+from .sections.vehicles import AsvGroup, AsvVehicle, AuvGroup, AuvVehicle
 from .shipped_settings import Kinematic
 
 # Keys of a group that for all AUVs are not in `auvs`: the depth, and the errors of own sensors.
@@ -109,6 +111,34 @@ class Group:
         """The AUVs' names, such as AUV0 or AUV1 to AUV3."""
         first, last = self.members[0], self.members[-1]
         return f"AUV{first}" if first == last else f"AUV{first} to AUV{last}"
+
+
+@dataclass(frozen=True, eq=False)
+class Vessels:
+    """ASVs that are alike, by number (`members`), and the keys of their group (`own`), if any."""
+
+    number: int
+    members: range
+    own: AsvGroup | None
+    #: Their hull and USBL, and their speed (m/s) under way; None: that of the placement.
+    vehicle: AsvVehicle
+    usbl: UsblSection
+    speed_m_per_s: float | None
+
+    def key(self, key: str) -> str:
+        """Return the dotted key that sets a value of these vessels, by that for all of them.
+
+        >>> from bindusbl_des import Scenario, Setup
+        >>> own = {"groups": [{"count": 1, "usbl": {"gnss_sd_m": 0.5}}, {"count": 2}]}
+        >>> one, two = Setup(Scenario(name="m", asvs=own)).vessels
+        >>> one.key("usbl.gnss_sd_m"), two.key("usbl.gnss_sd_m"), one.key("asvs.vehicle")
+        ('asvs.groups.0.usbl.gnss_sd_m', 'usbl.gnss_sd_m', 'asvs.vehicle')
+        """
+        section, _, name = key.rpartition(".")
+        of = getattr(self.own, "usbl", None) if section == "usbl" else self.own
+        name = f"usbl.{name}" if section == "usbl" else name
+        is_own = getattr(of, name.rpartition(".")[2], None) is not None
+        return f"asvs.groups.{self.number}.{name}" if is_own else key
 
 
 class Auv(NamedTuple):

@@ -35,11 +35,16 @@ WORDS = {family.key: family.word for family in FAMILIES if family.word}
 
 
 def as_for_all(key: str) -> str:
-    """Return the key for all AUVs that a group's key replaces; any other key unchanged.
+    """Return the key for all AUVs or ASVs that a group's key replaces; any other key unchanged.
 
+    >>> as_for_all("asvs.groups.1.usbl.array"), as_for_all("asvs.groups.vehicle")
+    ('usbl.array', 'asvs.vehicle')
     >>> as_for_all("auvs.groups.0.route.kind"), as_for_all("auvs.groups.drift"), as_for_all("x")
     ('auvs.route.kind', 'navigation.drift', 'x')
     """
+    vessels = re.fullmatch(r"asvs\.groups\.(?:\d+\.)?([a-z]\w*.*)", key)
+    if vessels is not None:
+        return vessels[1] if vessels[1].startswith("usbl") else f"asvs.{vessels[1]}"
     found = re.fullmatch(r"auvs\.groups\.(?:\d+\.)?(([a-z]\w*).*)", key)
     if found is None:
         return key

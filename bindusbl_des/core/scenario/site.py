@@ -24,7 +24,7 @@ from .families import (
     ScheduleSettings,
     ScheduleTraits,
 )
-from .groups import Auv, Group, Wing, auvs_of, groups_of, wings_of
+from .groups import Auv, Group, Vessels, Wing, auvs_of, groups_of, wings_of
 from .key_types import Point, Position
 from .part_choice import shipped_part
 from .scenario_keys import ScenarioKeys
@@ -327,7 +327,34 @@ class Site(Facts):
         given = channel == "sonar" and channel.settings.get("bottom_m") is not None
         return given and not self.scenario.protocol.asvs_ping
 
-    # The AUVs, one by one
+    # The vehicles, one by one
+
+    @fact
+    def vessels(self) -> tuple[Vessels, ...]:
+        """The groups of equal ASVs: those of `asvs.groups`, or one group of all ASVs."""
+        all_of, found = self.scenario.asvs, list[Vessels]()
+        for number, own in enumerate(all_of.groups or (None,)):
+            begin = found[-1].members.stop if found else 0
+            said = None if own is None else own.usbl
+            usbl = {name: getattr(said, name) for name in type(said).model_fields} if said else {}
+            usbl = {name: value for name, value in usbl.items() if value is not None}
+            vehicle, speed = (own.vehicle, own.speed_m_per_s) if own else (None, None)
+            found.append(
+                Vessels(
+                    number,
+                    range(begin, begin + (own.count if own else all_of.count)),
+                    own,
+                    vehicle or all_of.vehicle,
+                    self.scenario.usbl.changed(usbl) if usbl else self.scenario.usbl,
+                    speed,
+                )
+            )
+        return tuple(found)
+
+    @property
+    def keeps_still(self) -> bool:
+        """Whether no vessel has dynamics or is user-defined."""
+        return not any(group.vehicle.is_steered for group in self.vessels)
 
     @fact
     def groups(self) -> tuple[Group, ...]:

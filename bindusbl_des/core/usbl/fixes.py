@@ -17,6 +17,7 @@ Schmidt, "One-way travel-time inverted ultra-short baseline localization for low
 underwater vehicles", ICRA 2017.
 """
 
+from collections.abc import Sequence
 from math import hypot, isnan, nan, sqrt
 from typing import NamedTuple
 
@@ -30,7 +31,16 @@ from ..vehicles.motion import Motion
 from .array import NOTHING, Vector, dot, negative, plus
 from .fusion import fuse_pair, fuse_shared
 from .instrument import Usbl
-from .measuring import NOISE_WIDTH, Instrument, Sighting, offset_of, path_sd, placed
+from .measuring import (
+    NOISE_WIDTH,
+    Instrument,
+    PackedInstrument,
+    Sighting,
+    instrument_of,
+    offset_of,
+    path_sd,
+    placed,
+)
 from .sights import note_call, note_sight, unknown_sights
 from .systematic_effects import (
     CALLER,
@@ -74,7 +84,7 @@ from .two_way import (
 
 @compiled
 def measured(
-    heard: Heard, asvs: Motion, instrument: Instrument, strayed: Floats
+    heard: Heard, asvs: Motion, instruments: PackedInstrument, strayed: Floats
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of a ping and its covariance (3, 3), m2, fused over its hearers.
 
@@ -82,12 +92,13 @@ def measured(
     call and its answer.
     """
     if not isnan(heard.ping.call_time_s):
-        return two_way(heard, asvs, instrument, strayed[heard.ping.auv])
+        return two_way(heard, asvs, instruments, strayed[heard.ping.auv])
     estimate, covariance, first = heard.noise[0], heard.noise, True  # placeholders of these types
     for row in range(len(heard.receptions)):
         reception, noise = heard.receptions[row], heard.noise[row]
         if reception.outcome != HEARD:
             continue
+        instrument = instrument_of(instruments, reception.asv)
         seen = sighting(heard, row, asvs, instrument, None)
         fix, spread = placed(
             seen, seen.path, path_sd(seen.path, instrument.levels), noise, instrument
@@ -117,9 +128,9 @@ OUTLIER_WIDTH = 3
 
 
 class UsblWithErrors(NamedTuple):
-    """The instrument that every ASV carries, and its systematic errors."""
+    """The instruments that ASVs carry, one for each, and their systematic errors."""
 
-    usbl: Usbl
+    usbls: Sequence[Usbl]
     systematic: Systematic
 
 
@@ -180,10 +191,11 @@ def by_range(
 
 @compiled
 def by_other(
-    heard: Heard, row: int, call_way: float, asvs: Motion, instrument: Instrument, sds: Floats,
-    systematic: Systematic,
+    heard: Heard, row: int, call_way: float, asvs: Motion, instruments: PackedInstrument,
+    sds: Floats, systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
     """Return an ASV's fix of a ping, or of an answer to a call whose path (m) is known."""
+    instrument = instrument_of(instruments, heard.receptions[row].asv)
     seen, noise = sighting(heard, row, asvs, instrument, systematic), heard.noise[row]
     part = by_range(seen, call_way, 1.0, sds[CLOCK], noise, instrument)
     jump(part.fix, noise, systematic.levels)
@@ -192,15 +204,16 @@ def by_other(
 
 @compiled
 def _by_whole_way(
-    heard: Heard, row: int, asvs: Motion, instrument: Instrument, strayed: Floats, sds: Floats,
-    systematic: Systematic,
+    heard: Heard, row: int, asvs: Motion, instruments: PackedInstrument, strayed: Floats,
+    sds: Floats, systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
     """Return an ASV's fix of an answer by the whole path of call and answer."""
+    instrument = instrument_of(instruments, heard.receptions[row].asv)
     ping, noise = heard.ping, heard.noise[row]
     seen = sighting(heard, row, asvs, instrument, systematic)
-    baseline = way_to_caller(heard, row, seen, asvs, instrument)
+    baseline = way_to_caller(heard, row, seen, asvs, instruments)
     baseline = plus(baseline, gnss_error(ping.called_by, ping.called_at_s, systematic))
-    alone = by_itself(seen, baseline, heard, row, instrument, strayed[ping.auv])
+    alone = by_itself(seen, baseline, heard, row, instruments, strayed[ping.auv])
     fix, spread, own = alone.fix, alone.covariance, alone.own
     ahead = offset_of(fix, seen.vessel, own.reach, noise, instrument)
     effects, farther = across(seen, ahead, instrument), np.zeros(EFFECTS)
@@ -248,7 +261,7 @@ CONTRADICTION = 3.0902
 def measured_with_errors(
     heard: Heard,
     asvs: Motion,
-    instrument: Instrument,
+    instruments: PackedInstrument,
     strayed: Floats,
     systematic: Systematic,
 ) -> tuple[Floats, Floats, Floats, Floats]:
@@ -261,13 +274,14 @@ def measured_with_errors(
     """
     first, sds = first_to_locate(heard), deviations(_clock_at(heard.ping), systematic.levels)
     if not isnan(heard.ping.call_time_s):
-        begun = _by_whole_way(heard, first, asvs, instrument, strayed, sds, systematic)
+        begun = _by_whole_way(heard, first, asvs, instruments, strayed, sds, systematic)
     else:
-        begun = by_other(heard, first, 0.0, asvs, instrument, sds, systematic)
+        begun = by_other(heard, first, 0.0, asvs, instruments, sds, systematic)
     state, spread, squares = np.zeros(UNKNOWNS), _begun(begun, sds), 0.0
     state[:3] = begun.fix
     known = _columns(begun, heard, first, systematic)
     reception, alone = heard.receptions[first], spread[:3, :3].copy()
+    instrument = instrument_of(instruments, reception.asv)
     note_sight(reception, begun.fix, begun.seen, begun.reach, alone, instrument)
     jacobians = np.zeros((UNKNOWNS, known.shape[1]))
     jacobians[:3] = known[:3]
@@ -275,10 +289,11 @@ def measured_with_errors(
     for row in range(len(heard.receptions)):
         if heard.receptions[row].outcome == HEARD and row != first:
             others += 1
-            part = by_other(heard, row, begun.call_way, asvs, instrument, sds, systematic)
+            part = by_other(heard, row, begun.call_way, asvs, instruments, sds, systematic)
             fix, own, beside = part.fix, part.covariance[:3, :3].copy(), _beside(part, sds)
             add_own(own, part.effects, part.bends, sds)
-            note_sight(heard.receptions[row], part.fix, part.seen, part.reach, own, instrument)
+            other = instrument_of(instruments, heard.receptions[row].asv)
+            note_sight(heard.receptions[row], part.fix, part.seen, part.reach, own, other)
             fused = fuse_shared(state, spread, fix, own, beside)
             off = _columns(part, heard, row, systematic)[:3]
             if begun.call_way > 0.0:  # the error of the call's path is in every other range

@@ -1,6 +1,7 @@
 """The USBL of a vessel: its array and all its noise, or a data sheet's."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import hypot, nan, radians, sqrt
 from typing import cast
@@ -96,7 +97,7 @@ class Usbl:
     @property
     def packed(self) -> PackedInstrument:
         """The instrument in its packed form for compiled code."""
-        return PackedInstrument(np.ascontiguousarray(self.array), self.metric, self.levels)
+        return packed([self])
 
     def locate(
         self,
@@ -141,6 +142,20 @@ class Usbl:
         if self.sheet is not None:
             return hypot(self.sheet.path_sd / ways, self.sheet.spread_sd)
         return self.sound_speed / ways * stepped_sd(self.travel_time_sd, self.quantum)
+
+
+def packed(usbls: Sequence[Usbl]) -> PackedInstrument:
+    """Return instruments, one for each carrier, in their packed form for compiled code.
+
+    Arrays have as many elements each; those of data sheets are not used.
+    """
+    elements = next((usbl.array for usbl in usbls if usbl.sheet is None), usbls[0].array)
+    arrays = [elements if usbl.sheet is not None else usbl.array for usbl in usbls]
+    return PackedInstrument(
+        np.stack(arrays),
+        np.stack([usbl.metric for usbl in usbls]),
+        np.concatenate([usbl.levels for usbl in usbls]),
+    )
 
 
 def element_sd(tdoa_sd: float) -> float:

@@ -306,19 +306,19 @@ class Instrument(NamedTuple):
 
 
 class PackedInstrument(NamedTuple):
-    """An :class:`Instrument` for compiled code: levels (1,), and an empty array for a user-defined
-    instrument, which measures later.
+    """The :class:`Instrument` of each carrier for compiled code: array (m, n, 3), metric (m, 3, 3)
+    and levels (m,); n = 0 for a user-defined instrument, which measures later.
     """
 
-    array: Annotated[Floats, 2]
-    metric: Annotated[Floats, 2]
+    array: Annotated[Floats, 3]
+    metric: Annotated[Floats, 3]
     levels: Annotated[Rows, LEVELS]
 
 
 @written_out
-def instrument_of(packed: PackedInstrument) -> Instrument:
-    """Return an instrument from its packed form."""
-    return Instrument(packed.array, packed.metric, packed.levels[0])
+def instrument_of(packed: PackedInstrument, carrier: int) -> Instrument:
+    """Return the instrument of a carrier from the packed form."""
+    return Instrument(packed.array[carrier], packed.metric[carrier], packed.levels[carrier])
 
 
 class Sighting(NamedTuple):
@@ -336,7 +336,7 @@ class Sighting(NamedTuple):
 
 
 # Stands for a user-defined instrument in compiled code
-NO_INSTRUMENT = PackedInstrument(np.empty((0, 3)), np.eye(3), np.zeros(1, dtype=LEVELS))
+NO_INSTRUMENT = PackedInstrument(np.empty((1, 0, 3)), np.eye(3)[None], np.zeros(1, dtype=LEVELS))
 
 
 @compiled
@@ -490,7 +490,7 @@ def variances(
     half is the range.  A filter that `weighs` fixes knows the direction better than one fix, so
     that the range along it is as precise as measured (:mod:`..navigation.turning`).
     """
-    instrument = Instrument(array, metric, levels[0])
+    instrument = Instrument(array[0], metric[0], levels[0])
     out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)
     for k in range(away.size):
         reach = max(math.hypot(away[k], depth), 1e-3)

@@ -36,9 +36,11 @@ from .fusion import fuse_shared, product
 from .measuring import (
     SHORTEST_RANGE,
     Instrument,
+    PackedInstrument,
     Sighting,
     clocked,
     gnss_noise,
+    instrument_of,
     path_sd,
     placed,
     sighted,
@@ -69,12 +71,14 @@ class OwnRange(NamedTuple):
 
 class PathErrors(NamedTuple):
     """Variances (m2): of the path's length, of the AUV's motion between call and answer, of errors
-    that move the whole fix (GNSS), and of the caller's GNSS if it is another ASV (else 0).
+    that move the whole fix (GNSS), and of the hearer's and the caller's GNSS if these are two ASVs
+    (else 0).
     """
 
     timing: float
     motion: float
     gnss: float
+    own_gnss: float
     other_gnss: float
 
 
@@ -111,7 +115,7 @@ def limited_share(own: OwnRange, limit: float, errors: PathErrors) -> float:
     """Return the share of an error of the path that goes into the range, limited to the path's own
     error and a variance `limit` (m2).
     """
-    drawn = own.share**2 * (errors.timing + errors.motion + 2 * errors.other_gnss)
+    drawn = own.share**2 * (errors.timing + errors.motion + (errors.own_gnss + errors.other_gnss))
     most = errors.timing + errors.motion + limit
     return own.share if drawn <= most else own.share * math.sqrt(most / drawn)
 
@@ -138,10 +142,10 @@ def dated(
     if variance > limit:
         tilt *= math.sqrt(limit / variance)
         variance = limit
-    variance += share**2 * (timing + motion + 2 * errors.other_gnss) + own.doubt
+    variance += share**2 * (timing + motion + (errors.own_gnss + errors.other_gnss)) + own.doubt
     out = np.empty((4, 4))
     for i in range(3):
-        tilt[i] -= share * errors.other_gnss * own.bearing[i]
+        tilt[i] -= share * errors.own_gnss * own.bearing[i]
     for i in range(3):
         for j in range(3):
             out[i, j] = covariance[i, j] + variance * unit[i] * unit[j]
@@ -175,26 +179,28 @@ class Alone(NamedTuple):
 
 @compiled
 def two_way(
-    heard: Heard, asvs: Motion, instrument: Instrument, strayed: float
+    heard: Heard, asvs: Motion, instruments: PackedInstrument, strayed: float
 ) -> tuple[Floats, Floats]:
     """Return the fix (3,), m, of an answer to a call, and its covariance (3, 3), m2.
 
     `strayed` (m2) as of :func:`.fixes.measured`.
     """
-    reference, levels = first_to_locate(heard), instrument.levels
+    reference = first_to_locate(heard)
+    instrument = instrument_of(instruments, heard.receptions[reference].asv)
     seen = sighting(heard, reference, asvs, instrument, None)
-    baseline = way_to_caller(heard, reference, seen, asvs, instrument)
-    alone = by_itself(seen, baseline, heard, reference, instrument, strayed)
+    baseline = way_to_caller(heard, reference, seen, asvs, instruments)
+    alone = by_itself(seen, baseline, heard, reference, instruments, strayed)
     state, spread, jacobian = np.zeros(4), alone.covariance, np.empty((3, 1))
     state[:3] = alone.fix
-    _note(heard, reference, seen, asvs, instrument)
+    _note(heard, reference, seen, asvs, instruments)
     call_way = seen.path - alone.own.reach
     for row in range(len(heard.receptions)):
         if heard.receptions[row].outcome == HEARD and row != reference:
-            seen = sighting(heard, row, asvs, instrument, None)
-            _note(heard, row, seen, asvs, instrument)
-            reach, ranging_sd = max(seen.path - call_way, 0.0), path_sd(seen.path, levels)
-            fix, other = placed(seen, reach, ranging_sd, heard.noise[row], instrument)
+            own = instrument_of(instruments, heard.receptions[row].asv)
+            seen = sighting(heard, row, asvs, own, None)
+            _note(heard, row, seen, asvs, instruments)
+            reach, ranging_sd = max(seen.path - call_way, 0.0), path_sd(seen.path, own.levels)
+            fix, other = placed(seen, reach, ranging_sd, heard.noise[row], own)
             for k in range(3):
                 jacobian[k, 0] = -seen.unit[k]
             state, spread, _, _ = fuse_shared(state, spread, fix, other, jacobian)
@@ -202,11 +208,14 @@ def two_way(
 
 
 @compiled
-def _note(heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument) -> None:
+def _note(
+    heard: Heard, row: int, seen: Sighting, asvs: Motion, instruments: PackedInstrument
+) -> None:
     """Write an ASV's measurement of an answer to its reception."""
+    instrument = instrument_of(instruments, heard.receptions[row].asv)
     half, levels = seen.path / 2, instrument.levels
     fix, noise = placed(seen, half, path_sd(half, levels), heard.noise[row], instrument)
-    reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instrument)
+    reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instruments)
     note_sight(reception, fix, seen, half, noise, instrument)
     note_answer(reception, heard.ping, seen.path, baseline, levels)
 
@@ -286,36 +295,42 @@ def measure(
 
 @compiled
 def way_to_caller(
-    heard: Heard, row: int, seen: Sighting, asvs: Motion, instrument: Instrument
+    heard: Heard, row: int, seen: Sighting, asvs: Motion, instruments: PackedInstrument
 ) -> Vector:
     """Return where the call was sent relative to its answer's hearer (3,), m, by their GNSS."""
-    x, y, z, _ = where(asvs, heard.ping.called_by, heard.ping.called_at_s)
-    baseline, gnss_sd = minus((x, y, z), seen.vessel), instrument.levels.gnss_sd_m
-    if heard.receptions[row].asv != heard.ping.called_by:
+    caller, hearer = heard.ping.called_by, heard.receptions[row].asv
+    x, y, z, _ = where(asvs, caller, heard.ping.called_at_s)
+    baseline = minus((x, y, z), seen.vessel)
+    if hearer != caller:
         astray = NOTHING  # the caller's GNSS error, which lasts for as long as call and answer
         for other in range(len(heard.receptions)):
-            if heard.receptions[other].asv == heard.ping.called_by:
-                astray = scaled(gnss_noise(heard.noise[other]), gnss_sd)
-        own = scaled(gnss_noise(heard.noise[row]), gnss_sd)
+            if heard.receptions[other].asv == caller:
+                astray = scaled(
+                    gnss_noise(heard.noise[other]), instruments.levels[caller].gnss_sd_m
+                )
+        own = scaled(gnss_noise(heard.noise[row]), instruments.levels[hearer].gnss_sd_m)
         baseline = minus(plus(baseline, astray), own)
     return baseline
 
 
 @compiled
 def by_itself(
-    seen: Sighting, baseline: Vector, heard: Heard, row: int, instrument: Instrument, strayed: float
-) -> Alone:
+    seen: Sighting, baseline: Vector, heard: Heard, row: int, instruments: PackedInstrument,
+    strayed: float,
+) -> Alone:  # fmt: skip
     """Locate an AUV by one reception of its answer; `baseline` as of :func:`way_to_caller`."""
+    instrument = instrument_of(instruments, heard.receptions[row].asv)
     levels, noise = instrument.levels, heard.noise[row]
-    gnss, other_gnss = levels.gnss_sd_m**2, 0.0
+    gnss, own_gnss, other_gnss = levels.gnss_sd_m**2, 0.0, 0.0
     if heard.receptions[row].asv != heard.ping.called_by:
-        other_gnss = gnss
+        own_gnss, other_gnss = gnss, instruments.levels[heard.ping.called_by].gnss_sd_m ** 2
     own = own_range(seen.path, baseline, seen.unit)
     fix, covariance = placed(seen, own.reach, 0.0, noise, instrument)
     # errors of the position that the range does not depend on
     beside = gnss + (1.0 - levels.slow_share) * spread_sd(own.reach, levels) ** 2
     limit = dot(baseline, baseline) / 6  # mean square difference of two positions on it
     level = own.bearing[0] ** 2 + own.bearing[1] ** 2  # AUVs move horizontally
-    errors = PathErrors(path_sd(seen.path, levels) ** 2, level * strayed, beside, other_gnss)
+    timing = path_sd(seen.path, levels) ** 2
+    errors = PathErrors(timing, level * strayed, beside, own_gnss, other_gnss)
     spread = dated(covariance, seen.unit, own, limit, errors)
     return Alone(fix, spread, own, limited_share(own, limit, errors))

@@ -175,10 +175,10 @@ class Steered:
     `motion` is one table of all their legs; orders are written into it.
     """
 
-    def __init__(self, places: Floats, speed: float, orders: int, lead_s: float) -> None:
+    def __init__(self, places: Floats, speeds: Floats, orders: int, lead_s: float) -> None:
         """Let vehicles rest at `places` (m, 2), in m, until their first orders.
 
-        They go at a `speed` (m/s).  Each gets at most `orders` orders, each `lead_s` (s) or more
+        They go at `speeds` (m,), m/s.  Each gets at most `orders` orders, each `lead_s` (s) or more
         ahead.
         """
         count, lines = len(places), 1 + 2 * orders
@@ -191,7 +191,7 @@ class Steered:
         self.vehicles: Sequence[SegmentedTrajectory] = [
             SegmentedTrajectory(table, planned=False) for table in self._tables
         ]
-        self.speed, self.lead_s = speed, lead_s
+        self.speeds, self.lead_s = speeds.tolist(), lead_s
         #: The target of each vehicle: where it rests, or will rest (m, 2), m.
         self.bound_for: Floats = np.array(places, dtype=np.float64)
 
@@ -216,11 +216,12 @@ class Steered:
         ahead, aside = vehicle.heading_integral(np.array([time]))[0].tolist()
         travelled, way = vehicle.distance(time), hypot(x - here.x, y - here.y)
         yaw = atan2(y - here.y, x - here.x) if way else here.yaw
-        cosine, sine, lasts = cos(yaw), sin(yaw), way / self.speed
+        cosine, sine, speed = cos(yaw), sin(yaw), self.speeds[number]
+        lasts = way / speed
         line = int(np.searchsorted(table[:, motion.BEGIN], time))  # legs from here on are replaced
         table[line:, motion.BEGIN] = inf
         if way:
-            going = here.x, here.y, 0.0, yaw, self.speed, 0.0, 0.0, time
+            going = here.x, here.y, 0.0, yaw, speed, 0.0, 0.0, time
             table[line] = *going, ahead, aside, travelled, cosine, sine
             line += 1
         resting = x, y, 0.0, yaw, 0.0, 0.0, 0.0, time + lasts

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from math import cos, hypot, radians, sin, sqrt
 from typing import Any
 
@@ -97,7 +98,7 @@ def approximations(setup: Setup) -> Iterator[str]:
         yield f"{scenario.protocol.schedule} {taken}"
     if any(group.vehicle.has_dynamics for group in setup.groups):
         yield "AUVs are taken to follow their plans exactly, whatever moves them."
-    if scenario.asvs.vehicle.is_steered:
+    if not setup.keeps_still:
         yield "ASVs are taken to keep their stations exactly."
     if scenario.has_peers:
         yield (
@@ -443,26 +444,30 @@ def fix_noise(setup: Setup) -> FixNoise:
     farthest, away = farthest_of(setup), np.linspace(0.0, farthest_of(setup), STEPS + 1)
     hf = scenario.acoustics.hf
     channel = setup.ping_channel if hf.by_place else None
-    rows: dict[float, Floats] = {}
+    rows: dict[tuple[float, int], Floats] = {}
     shares = 0.0, scenario.usbl.slow_share
-    whole, white = (replace(setup.usbl, slow_share=share) for share in shares)
+    carried = [group.members.start for group in setup.vessels if group.members]
+    arrays = [setup.usbls[asv] for asv in carried] or [setup.usbl]
     depths = [auv.depth_m for auv in setup.auvs]
-    for depth in set(depths):
+    for depth, (number, usbl) in product({*depths}, enumerate(arrays)):
         snr = np.full(len(away), math.nan)
         if channel is not None:
             asked = between(0.0, *below(np.hypot(away, depth), depth), hf.range_m, calling=False)
             snr = np.ascontiguousarray(channel.prospects(asked)["snr_db"][:, 0])
         moved = _moved_m2(setup)
         found, rest = (
-            variances(away, depth, snr, moved, scenario.navigation.weighs, *usbl.packed)
-            for usbl in (whole, white)
+            variances(away, depth, snr, moved, scenario.navigation.weighs, *noisy.packed)
+            for noisy in (replace(usbl, slow_share=share) for share in shares)
         )
         level = np.maximum(found[:, 0] + found[:, 1], 1e-30)
         slow = np.clip(1.0 - (rest[:, 0] + rest[:, 1]) / level, 0.0, 1.0)
-        rows[depth] = np.column_stack((found, slow))
-    own = np.stack([rows[depth] for depth in depths])
+        rows[depth, number] = np.column_stack((found, slow))
+    whose = [0]
+    if len(arrays) > 1:
+        whose = [number for number, group in enumerate(setup.vessels) for _ in group.members]
+    own = np.stack([[rows[depth, number] for number in whose] for depth in depths])
     step = farthest / STEPS
-    return FixNoise(step, *(np.ascontiguousarray(own[:, :, k]) for k in range(5)))
+    return FixNoise(step, *(np.ascontiguousarray(own[..., k]) for k in range(5)))
 
 
 def _moved_m2(setup: Setup) -> float:

@@ -70,11 +70,12 @@ class Chances:
 
 @dataclass(frozen=True)
 class FixNoise:
-    """The error variances (n, g; m2) of a fix by one array, for n AUVs over horizontal distance.
+    """The error variances (n, m, g; m2) of a fix by one array, for n AUVs over horizontal distance.
 
-    `along` and `across` the horizontal line of sight, `down`, and `leaning`, the covariance of
-    along and down, at distances 0, `step_m`, 2 `step_m`, ... as in :class:`Chances`.  `slow` (n, g)
-    is the share that changes slowly.
+    m is the number of ASVs, or 1 where all arrays are alike.  `along` and `across` the horizontal
+    line of sight, `down`, and `leaning`, the covariance of along and down, at distances 0,
+    `step_m`, 2 `step_m`, ... as in :class:`Chances`.  `slow` (n, m, g) is the share that changes
+    slowly.
     """
 
     step_m: float

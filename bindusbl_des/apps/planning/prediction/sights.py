@@ -46,14 +46,19 @@ class Fixes(NamedTuple):
 
 
 def looked_up(table: Floats, step: float, away: Floats) -> Floats:
-    """Interpolate tables (n, g) or (g,) at distances (n, ...), constant beyond their end."""
+    """Interpolate tables (n, m, g) or (g,) at distances (n, ..., m), constant beyond their end.
+
+    Where m = 1 in a table, it holds for every ASV.
+    """
     place = np.minimum(away / step, table.shape[-1] - 1.0)
     low = np.minimum(place.astype(np.int64), table.shape[-1] - 2)
     share = place - low
     if table.ndim == 1:
         return np.asarray(table[low] + share * (table[low + 1] - table[low]))
     rows = np.arange(len(table)).reshape(-1, *(1,) * (away.ndim - 1))
-    return np.asarray(table[rows, low] + share * (table[rows, low + 1] - table[rows, low]))
+    whose = np.minimum(np.arange(away.shape[-1]), table.shape[1] - 1)
+    at = table[rows, whose, low]
+    return np.asarray(at + share * (table[rows, whose, low + 1] - at))
 
 
 def seen(inputs: Inputs, stations: Floats) -> ExpectedSights:

@@ -26,6 +26,7 @@ They do so from their present targets and from the k-centre of the AUVs at the e
 since what each finds best depends on where the others are.
 """
 
+from collections.abc import Sequence
 from math import hypot, pi, sqrt
 from operator import itemgetter
 from typing import Annotated, NamedTuple
@@ -99,12 +100,13 @@ class Outlook(NamedTuple):
 class InformationPlacement:
     """Moves ASVs to where the expected covariance of the AUVs' estimates is least.
 
-    `criterion` is `trace` (A-optimality) or `determinant` (D-optimality).  New targets are taken
-    where they lower the cost by more than a share, `hysteresis`.
+    `errors` are those of each ASV's fixes, `criterion` is `trace` (A-optimality) or `determinant`
+    (D-optimality).  New targets are taken where they lower the cost by more than a share,
+    `hysteresis`.
     """
 
     def __init__(
-        self, errors: FixErrors, *, horizon_s: float, hysteresis: float, criterion: str
+        self, errors: Sequence[FixErrors], *, horizon_s: float, hysteresis: float, criterion: str
     ) -> None:
         self._errors, self._horizon, self._hysteresis = errors, horizon_s, hysteresis
         self._by_trace = criterion == "trace"
@@ -121,11 +123,12 @@ class InformationPlacement:
         number = np.flatnonzero(view.working)
         if view.is_first:  # they are launched at the answer, and need not go there
             here = best_places(view.auvs(view.begins)[:, :2], len(number), view.reach)
-            bound, speed, far = here.copy(), np.inf, view.reach
+            bound, speeds, far = here.copy(), np.full(len(number), np.inf), view.reach
         else:
             here, bound = view.vessels[number], view.bound_for[number]
-            speed, far = view.speed, view.speed * self._horizon
-        asked = outlook, self._errors, here, speed, self._by_trace
+            speeds, far = view.speeds[number], view.speeds.max() * self._horizon
+        errors = [self._errors[asv] for asv in number.tolist()]
+        asked = outlook, errors, here, speeds, self._by_trace
         before = cost(bound, *asked)
         middle = best_places(courses[-1], len(number), view.reach)
         if not view.is_first:
@@ -143,40 +146,42 @@ class InformationPlacement:
 def cost(
     targets: Floats,
     outlook: Outlook,
-    errors: FixErrors,
+    errors: Sequence[FixErrors],
     here: Floats,
-    speed: float,
+    speeds: Floats,
     by_trace: bool = True,
 ) -> float:
     """Return the expected squared error (m2) of AUVs while ASVs go from `here` to targets (m, 2).
 
-    Positions in m, the speed in m/s: infinite for ASVs that are launched at their targets.  The
+    Positions in m, speeds in m/s: infinite for ASVs that are launched at their targets.  The
     mean over AUVs and over the steps of the horizon, before and after each step's fixes.
     """
-    others = _told(targets[1:], here[1:], speed, outlook, errors)
-    return float(_costs(targets[:1], here[0], speed, outlook, errors, others, by_trace)[0])
+    others = _told(targets[1:], here[1:], speeds[1:], outlook, errors[1:])
+    own = here[0], speeds[0], outlook, errors[0]
+    return float(_costs(targets[:1], *own, others, by_trace)[0])
 
 
 def _searched(
     targets: Floats,
     far: float,
     outlook: Outlook,
-    errors: FixErrors,
+    errors: Sequence[FixErrors],
     here: Floats,
-    speed: float,
+    speeds: Floats,
     by_trace: bool,
 ) -> tuple[Floats, float]:
     """Return the best targets (m, 2), m, that ASVs find in turn from given ones, and their cost.
 
-    `far` is what an ASV can travel within the horizon (m).
+    `far` is what the fastest ASV can travel within the horizon (m).
     """
-    best, least = targets.copy(), cost(targets, outlook, errors, here, speed, by_trace)
+    best, least = targets.copy(), cost(targets, outlook, errors, here, speeds, by_trace)
     for _ in range(TURNS):
         before = least
         for vessel, origin in enumerate(here):
-            others = np.delete(best, vessel, axis=0), np.delete(here, vessel, axis=0)
-            told = _told(*others, speed, outlook, errors)
-            asked = origin, speed, outlook, errors, told, by_trace
+            there, begun, paces = (np.delete(of, vessel, axis=0) for of in (best, here, speeds))
+            beside = [*errors[:vessel], *errors[vessel + 1 :]]
+            told = _told(there, begun, paces, outlook, beside)
+            asked = origin, speeds[vessel], outlook, errors[vessel], told, by_trace
             tried = _tried(best[vessel], origin, far, outlook.courses[-1])
             step = max(FIRST_STEP * far, LEAST_STEP_M)
             while step >= LEAST_STEP_M:
@@ -198,15 +203,15 @@ def _tried(bound: Floats, here: Floats, far: float, courses: Floats) -> Floats:
 
 
 def _told(
-    targets: Floats, here: Floats, speed: float, outlook: Outlook, errors: FixErrors
+    targets: Floats, here: Floats, speeds: Floats, outlook: Outlook, errors: Sequence[FixErrors]
 ) -> Floats:
     """Return what ASVs on their way from `here` to targets (m, 2), m, tell of each AUV (k, n, 4),
     as :func:`_hear` adds it up.
     """
     heard = np.zeros((*outlook.courses.shape[:2], 4))
     heard[..., 3] = 1.0
-    for target, origin in zip(targets, here, strict=True):
-        _hear(target, origin, speed, outlook, errors, heard)
+    for target, origin, speed, own in zip(targets, here, speeds, errors, strict=True):
+        _hear(target, origin, speed, outlook, own, heard)
     return heard
 
 

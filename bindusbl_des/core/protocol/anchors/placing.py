@@ -44,9 +44,9 @@ class Room(NamedTuple):
 
 
 class Pace(NamedTuple):
-    """The speed of ASVs (m/s), and how often (s) they get new targets."""
+    """The speed of each ASV (m/s), (m,), and how often (s) they get new targets."""
 
-    speed_m_per_s: float
+    speeds_m_per_s: Floats
     replan_s: float
 
 
@@ -85,13 +85,13 @@ class Anchors:
         if self._closed is not None:
             start = np.array([self._closed.afloat((x, y)) for x, y in start.tolist()])
         orders = 1 + ceil(scenario.duration_s / pace.replan_s)
-        self.steered = Steered(start, pace.speed_m_per_s, orders, lead_s)
+        self.steered = Steered(start, pace.speeds_m_per_s, orders, lead_s)
         self.fleet = VehicleFleet(self.steered.vehicles, self.steered.motion, steered=self.steered)
         self._noted = 0
 
     def _view(self, time: float, begins: float, vessels: Floats, bound_for: Floats) -> AnchorView:
         return AnchorView(
-            time, begins, vessels, bound_for, self._working(begins), self._pace.speed_m_per_s,
+            time, begins, vessels, bound_for, self._working(begins), self._pace.speeds_m_per_s,
             self._reach, self._prediction, self._known,
         )  # fmt: skip
 
@@ -139,7 +139,7 @@ def anchors_of(
     prediction: CarriedForward,
     known: KnownFixes,
     room: Room,
-    errors: Callable[[], information.FixErrors],
+    errors: Callable[[], list[information.FixErrors]],
 ) -> Anchors:
     """Return the moving ASVs of a site; `errors` tells what fixes are expected to be.
 
@@ -151,23 +151,26 @@ def anchors_of(
     mover: Mover
     if placed is not None:
         mover = _shipped(placed, site, errors)
-        pace = Pace(placed.speed_m_per_s, placed.replan_s)
+        speed, replan = placed.speed_m_per_s, placed.replan_s
     else:
         own = own_placement(asvs.formation.choice, site.plan_view)  # new, since it may have state
         name = str(asvs.formation.choice)
-        if asvs.vehicle.is_steered:
+        if not site.keeps_still:
             raise PluginError(
                 PLACEMENT.key,
-                f"{name!r} moves ASVs along straight lines, and {asvs.vehicle} keeps a "
+                f"{name!r} moves ASVs along straight lines, and {asvs.words} keeps a "
                 "station; use asvs.vehicle: moored",
             )
         mover = OwnMover(name, own, room.farthest_m)
         words = ("speed_m_per_s", SPEED_M_PER_S), ("replan_s", REPLAN_S)
-        pace = Pace(*(_number(name, own, word, usual) for word, usual in words))
-    return Anchors(site, mover, pace, prediction, known, room.lead_s)
+        speed, replan = (_number(name, own, word, usual) for word, usual in words)
+    speeds = [group.speed_m_per_s or speed for group in site.vessels for _ in group.members]
+    return Anchors(site, mover, Pace(np.array(speeds), replan), prediction, known, room.lead_s)
 
 
-def _shipped(placement: Placed, site: Site, errors: Callable[[], information.FixErrors]) -> Mover:
+def _shipped(
+    placement: Placed, site: Site, errors: Callable[[], list[information.FixErrors]]
+) -> Mover:
     """Return a placement that ships, made anew."""
     match placement:
         case Follow(horizon_s=horizon, hysteresis=share, within_m=within):

@@ -20,8 +20,8 @@ class AnchorView:
     It is asked at `time`; ASVs set out for the answer at `begins`, a little later.  By then they
     are at `vessels` (m, 2), under way to `bound_for` (m, 2); before the first placement both are
     NaN, and ASVs are launched at the answer.  `working` (m,) tells which have not failed.  They go
-    at `speed` (m/s) and hear AUVs within the horizontal `reach` (m).  The age and error of AUVs'
-    estimates are worked out when they are asked for.
+    at `speeds` (m,), m/s, and hear AUVs within the horizontal `reach` (m).  The age and error of
+    AUVs' estimates are worked out when they are asked for.
     """
 
     time: float
@@ -29,10 +29,15 @@ class AnchorView:
     vessels: Floats
     bound_for: Floats
     working: NDArray[np.bool_]
-    speed: float
+    speeds: Floats
     reach: float
     _prediction: Prediction
     _known: KnownFixes
+
+    @property
+    def speed(self) -> float:
+        """The speed (m/s) of the slowest ASV."""
+        return float(self.speeds.min())
 
     @property
     def is_first(self) -> bool:

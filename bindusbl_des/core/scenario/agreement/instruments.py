@@ -8,9 +8,11 @@ from typing import Any, TypeVar
 
 from ....support.mistakes import Problem
 from ....support.wording import did_you_mean, plain
+from ..families import INSTRUMENT
+from ..groups import Vessels
 from ..part_choice import PartChoice, mistakes
 from ..scenario_keys import Environment, ScenarioKeys
-from ..sections.usbl import size_m, usbl_values
+from ..sections.usbl import ELEMENTS_OF_NAMED, size_m, usbl_values
 from ..site import Site
 
 AnyScenario = TypeVar("AnyScenario", bound=ScenarioKeys)
@@ -95,7 +97,9 @@ REPLACED_BY_DRIFT = {
 
 def instruments_problems(site: Site) -> Iterator[Problem]:
     """Yield contradictions about instruments: USBL, range rates, data sheets, assumed values."""
-    yield from _usbl(site)
+    for vessels in site.vessels:
+        if vessels.number == 0 or vessels.usbl is not site.scenario.usbl:
+            yield from _usbl(site, vessels)
     yield from _range_rates(site)
     yield from _drift(site)
     yield from _assumed(site.scenario)
@@ -119,26 +123,60 @@ def _range_rates(site: Site) -> Iterator[Problem]:
         )
 
 
-def _usbl(site: Site) -> Iterator[Problem]:
-    name, model = site.scenario.usbl.preset, site.scenario.usbl.model
+def _usbl(site: Site, vessels: Vessels) -> Iterator[Problem]:
+    usbl, name, model = vessels.usbl, vessels.usbl.preset, vessels.usbl.model
+    if usbl is not site.scenario.usbl:
+        yield from _differs(site, vessels)
     if name is not None and model != PartChoice.read(usbl_values(name)["model"], str):
         yield Problem(
-            "usbl.model",
+            vessels.key("usbl.model"),
             f"is not that of the preset {name}, which says what an arrival measures; keep one of "
             f"them; got {model.words}",
-            ("usbl.preset",),
+            (vessels.key("usbl.preset"),),
         )
-    array, speed = site.scenario.usbl.array, site.scenario.environment.sound_speed_m_per_s
+    array, speed = usbl.array, site.scenario.environment.sound_speed_m_per_s
     named = array if isinstance(array, str) else "that is given"
-    size, time = size_m(array), site.scenario.usbl.tdoa_sd_s
+    size, time = size_m(array), usbl.tdoa_sd_s
     if time * speed > size:
         yield Problem(
-            "usbl.tdoa_sd_s",
+            vessels.key("usbl.tdoa_sd_s"),
             f"noise of {time:g} s is {time * speed:.3g} m of sound, more than the "
             f"{1e3 * size:.0f} mm of the array {named}: no direction could be "
             f"told; use {0.9 * size / speed:.1e} at most",
-            ("usbl.array", "environment.sound_speed_m_per_s"),
+            (vessels.key("usbl.array"), "environment.sound_speed_m_per_s"),
         )
+
+
+def _differs(site: Site, vessels: Vessels) -> Iterator[Problem]:
+    """Yield why vessels cannot have a USBL that differs from that of the others."""
+    key, scenario = f"asvs.groups.{vessels.number}.usbl", site.scenario
+    if site.ranging.asvs_ping:
+        yield Problem(
+            key,
+            f"has no effect with {scenario.protocol.ranging} ranging, where AUVs carry the arrays; "
+            "remove it",
+            ("protocol.ranging",),
+        )
+    elif vessels.usbl.model.is_own or scenario.usbl.model.is_own:
+        yield Problem(
+            key,
+            "stands beside an instrument of one's own, which measures for all vessels; keep one of "
+            "both",
+            ("usbl.model",),
+        )
+    elif INSTRUMENT.declared(vessels.usbl.model).times_arrivals:
+        sizes = {
+            len(group.usbl.array) if not isinstance(group.usbl.array, str) else ELEMENTS_OF_NAMED
+            for group in site.vessels
+            if INSTRUMENT.declared(group.usbl.model).times_arrivals
+        }
+        if len(sizes) > 1:
+            yield Problem(
+                vessels.key("usbl.array"),
+                f"must have as many elements as those of other vessels; they have "
+                f"{' and '.join(map(str, sorted(sizes)))}",
+                ("usbl.array",),
+            )
 
 
 def _drift(site: Site) -> Iterator[Problem]:

@@ -59,15 +59,15 @@ def _shape(site: Site) -> Iterator[Problem]:
 def _fleet(site: Site) -> Iterator[Problem]:
     """Yield lists with an entry per AUV whose length is not the number of AUVs."""
     auvs, survey = site.scenario.auvs, site.scenario.survey
-    grouped = sum(group.count for group in auvs.groups)
-    if auvs.groups and grouped != auvs.count:
-        counts = " + ".join(str(group.count) for group in auvs.groups)
-        yield Problem(
-            "auvs.count",
-            f"is {auvs.count}, and groups are of {counts} = {grouped} AUVs; remove it, or have "
-            "them add up",
-            ("auvs.groups",),
-        )
+    for key, fleet in (("auvs", auvs), ("asvs", site.scenario.asvs)):
+        each = [group.count for group in fleet.groups]
+        if each and sum(each) != fleet.count:
+            yield Problem(
+                f"{key}.count",
+                f"is {fleet.count}, and groups are of {' + '.join(map(str, each))} = {sum(each)} "
+                f"{key.upper()[:-1]}s; remove it, or have them add up",
+                (f"{key}.groups",),
+            )
     listed: list[tuple[str, Sequence[object] | None, str, int, str]] = [
         ("survey.depths_m", survey.depths_m, "depth", auvs.count, ""),
         ("auvs.speeds_m_per_s", auvs.speeds_m_per_s, "speed", auvs.count, ""),
@@ -146,7 +146,7 @@ def _ruled(site: Site, wing: Wing, route: Lawnmower) -> Iterator[Problem]:
 
 def vehicles_problems(site: Site) -> Iterator[Problem]:
     """Yield vehicles that cannot fly their route or steer by estimates, and idle currents."""
-    asvs, water, hulls = site.scenario.asvs, site.scenario.environment, list[str]()
+    water, hulls = site.scenario.environment, list[str]()
     for group in site.groups:
         vehicle, hull = group.vehicle, group.key("vehicle")
         route = group.route
@@ -173,7 +173,7 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
                 ("protocol.ranging",),
             )
     flows = max(water.current_m_per_s, water.current_variation_m_per_s) > 0 or water.has_field
-    feels = any(group.vehicle.is_steered for group in site.groups) or asvs.vehicle.is_steered
+    feels = any(group.vehicle.is_steered for group in site.groups) or not site.keeps_still
     if flows and not feels and site.scenario.navigation.velocity == "over_ground":
         yield Problem(
             f"environment.{'current' if water.has_field else 'current_m_per_s'}",
@@ -289,6 +289,14 @@ MOST_ORDERS = 1e6
 def formation_problems(site: Site) -> Iterator[Problem]:
     """Yield contradictions about stations of ASVs, or about ASVs that move."""
     placement = site.scenario.asvs.formation
+    for group in site.vessels if not placement.moves else ():
+        if group.speed_m_per_s is not None:
+            yield Problem(
+                f"asvs.groups.{group.number}.speed_m_per_s",
+                f"is for ASVs that move, and those of {placement.choice} keep their stations; "
+                "remove it, or choose a placement that moves, such as follow",
+                ("asvs.formation.model",),
+            )
     if not site.scenario.asvs.count:
         return
     if placement.moored is not None:
@@ -328,13 +336,14 @@ def _still(formation: Formation, count: int) -> Iterator[Problem]:
 
 def _moving(site: Site) -> Iterator[Problem]:
     asvs, placement = site.scenario.asvs, site.scenario.asvs.formation
-    if asvs.vehicle.is_steered:
-        yield Problem(
-            "asvs.vehicle",
-            f"{asvs.vehicle} keeps a station, and {placement.choice} moves ASVs along straight "
-            "lines; use vehicle moored, or a ring or positions",
-            ("asvs.formation.model",),
-        )
+    for group in site.vessels:
+        if group.vehicle.is_steered:
+            yield Problem(
+                group.key("asvs.vehicle"),
+                f"{group.vehicle} keeps a station, and {placement.choice} moves ASVs along "
+                "straight lines; use vehicle moored, or a ring or positions",
+                ("asvs.formation.model",),
+            )
     for name, each, given in placement.miscounted(asvs.count):
         yield Problem(
             f"asvs.formation.{name}",

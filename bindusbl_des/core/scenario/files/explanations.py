@@ -20,6 +20,7 @@ from ..part_choice import SIGNS
 ROUTE: Path = ("auvs", "route")
 FORMATION: Path = ("asvs", "formation")
 GROUPS: Path = ("auvs", "groups")
+VESSELS: Path = ("asvs", "groups")
 POLYGONS: tuple[Path, ...] = (("survey", "land"), ("survey", "keep_out"))
 
 # (unit that a user wrote behind a number, unit of the key): the factor between them.
@@ -121,7 +122,7 @@ def _row(path: Path) -> Key | None:
 def _names(section: str, kind: str) -> tuple[str, ...]:
     """Return the keys and subsections that a section may have."""
     section = ".".join(part for part in section.split(".") if not part.isdigit())
-    section = section if section == "auvs.groups" else as_for_all(section)
+    section = section if section in ("auvs.groups", "asvs.groups") else as_for_all(section)
     known = (*keys(), *items())
     rows = [row.name for row in known if row.section == section and _belongs(row, kind)]
     inner = [name.rpartition(".") for name in sections()]
@@ -154,6 +155,9 @@ def _unknown(path: Path, data: Any) -> Finding:
     kind = _kind(path, data)
     here = _names(section, kind)
     others = [row for row in keys() if row.section == section and row.name == name]
+    if others and path[:2] == VESSELS:
+        message = f"no key of a group, as all vessels have the same; say it in {others[0].key}"
+        return Finding(path, message, True)
     if others:
         noun, chooser = ("route" if "route" in path else "placement"), others[0].chooser
         home = " or ".join(others[0].only.split(", ")) if others[0].only else "ring or positions"

@@ -2,7 +2,7 @@
 it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from math import dist
 from typing import Annotated, Any, Literal, NoReturn
@@ -27,8 +27,8 @@ from ..shipped_settings import Datasheet
 # An array thinner than this share of its size cannot tell one side of its plane from the other.
 FLAT = 0.03
 
-# The greatest distance (m) between two elements of each named array
-NAMED_SIZES_M = {"oem5": 0.0799, "cross5": 0.06}
+# How many elements named arrays have, and the greatest distance (m) between two of each
+ELEMENTS_OF_NAMED, NAMED_SIZES_M = 5, {"oem5": 0.0799, "cross5": 0.06}
 
 # Limits of a user's array: number of elements, and their distance (m) from the vessel's origin.
 FEWEST_ELEMENTS, MOST_ELEMENTS, FARTHEST_M = 4, 64, 10.0
@@ -250,6 +250,13 @@ class UsblSection(Part):
         if INSTRUMENT.declared(usbl.model).is_stated:
             usbl.otherwise(**dict.fromkeys(AHRS, 0.0))
         return usbl
+
+    def changed(self, values: Mapping[str, Any]) -> "UsblSection":
+        """Return the section with other values of some keys; its preset gives way to a model."""
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        for name in ("preset", "model") if {"preset", "model"} & {*values} else ():
+            given.pop(name, None)
+        return type(self).model_validate({**given, **values})
 
     @property
     def taken_for_perfect(self) -> dict[str, tuple[str, ...]]:

@@ -18,6 +18,7 @@ from .navigation import Drift, Navigation
 from .placements import Formation, Placement
 from .routes import Lawnmower, Route
 from .survey import Survey
+from .usbl import ArrayChoice, UsblName, UsblSection
 
 
 @dataclass(frozen=True)
@@ -340,14 +341,57 @@ class AuvGroup(Part):
 Auvs.model_rebuild()
 
 
+class AsvUsbl(Part):
+    """The USBL of the vessels of a group; a null key has the value for all vessels."""
+
+    preset: UsblName | None = _as_of(UsblSection, "preset")
+    model: PartChoice | None = _as_of(UsblSection, "model")
+    array: ArrayChoice | None = _as_of(UsblSection, "array")
+    tdoa_sd_s: Real | None = _as_of(UsblSection, "tdoa_sd_s")
+    travel_time_sd_s: Real | None = _as_of(UsblSection, "travel_time_sd_s")
+    quantum_s: Real | None = _as_of(UsblSection, "quantum_s")
+    roll_sd_deg: Real | None = _as_of(UsblSection, "roll_sd_deg")
+    pitch_sd_deg: Real | None = _as_of(UsblSection, "pitch_sd_deg")
+    heading_sd_deg: Real | None = _as_of(UsblSection, "heading_sd_deg")
+    gnss_sd_m: Real | None = _as_of(UsblSection, "gnss_sd_m")
+
+
+class AsvGroup(Part):
+    """Equal vessels of a fleet; a null key has the value for all vessels."""
+
+    count: Whole = Field(
+        ge=1,
+        le=10_000,
+        description="number of ASVs of the group",
+        json_schema_extra={"unit": "1", "source": "this package"},
+    )
+    vehicle: AsvVehicle | None = Field(
+        default=None,
+        description="vessel model; null = as for all",
+        json_schema_extra={"unit": "", "source": "this package"},
+    )
+    speed_m_per_s: Speed | None = key(
+        None, "m/s", "speed of the vessels of the group, of a placement that moves; null = as it "
+        "says for all",
+    )  # fmt: skip
+    usbl: AsvUsbl | None = Field(
+        default=None,
+        description="what of their USBL differs from `usbl`; null = nothing",
+    )
+
+
 class Asvs(Part):
     """The surface vessels that carry the USBL arrays."""
 
     @property
     def words(self) -> str:
         """The vessel model in words, or how the ASVs move."""
-        placement = self.formation
-        return placement.choice if placement.moves else str(self.vehicle)
+        placement, counts = self.formation, Counter[str]()
+        for group in self.groups:
+            counts[str(group.vehicle or self.vehicle)] += group.count
+        if not placement.moves and len(counts) > 1:
+            return ", ".join(f"{count} {model}" for model, count in counts.items())
+        return placement.choice if placement.moves else next(iter(counts), str(self.vehicle))
 
     def alive(self, time: float) -> tuple[bool, ...]:
         """Return for each ASV whether it works at an instant (s)."""
@@ -364,3 +408,16 @@ class Asvs(Part):
     failures: tuple[Failure, ...] = key(
         (), "", "ASVs that fail: from at_s on, until until_s, they neither hear, call nor broadcast"
     )
+    groups: tuple[AsvGroup, ...] = key(
+        (),
+        "",
+        "ASVs that differ, group by group in the order of their numbers; what a group does not say "
+        "is as it is for all",
+    )
+
+    @model_validator(mode="after")
+    def _counted(self) -> Self:
+        """Set the number of ASVs to that of the groups, unless it is given."""
+        if self.groups:
+            self.otherwise(count=sum(group.count for group in self.groups))
+        return self
