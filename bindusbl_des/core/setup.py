@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from .protocol.anchors.placing import Room
     from .protocol.slots import Slots
     from .usbl.instrument import Usbl
-    from .usbl.measuring import Sheet
     from .vehicles.vehicle import SegmentedTrajectory
 
 # The slowest sound (m/s): how long after the mission's end sound may still be on its way.
@@ -139,18 +138,11 @@ class Setup(Sensors):
     # The USBL instrument, and the navigators' beliefs
 
     @fact
-    def sheet(self) -> "Sheet | None":
-        """The accuracy in the instrument's data sheet (m, rad); None if it has no sheet."""
-        from .usbl.instrument import sheet_of
-
-        return sheet_of(self.scenario.usbl.model, self.ranging.calls)
-
-    @fact
     def usbl(self) -> "Usbl":
         """The USBL instrument that `usbl` states: of all ASVs without groups, and of AUVs (SI)."""
         from .acoustics.named_channels import timing_sd_of
         from .usbl.array import elements_of
-        from .usbl.instrument import Usbl
+        from .usbl.instrument import Usbl, sheet_of
 
         usbl = self.scenario.usbl
         roll, pitch, heading = map(
@@ -166,7 +158,7 @@ class Setup(Sensors):
             usbl.gnss_sd_m,
             self.assumed_sound_speed_m_per_s,
             self.sound_speed_m_per_s,
-            self.sheet,
+            sheet_of(usbl.model, self.ranging.calls),
             timing_sd_of(self.scenario.acoustics.hf),
             self.taken.scenario.usbl.slow_share if is_told else 0.0,
         )
