@@ -99,21 +99,28 @@ def test_estimates_of_another_program_score_as_the_method_that_made_them(tmp_pat
     assert "seed 1: AUV0 has 0 estimates" in ended.output
 
 
+@pytest.mark.parametrize("name", ["pings", "chosen"])
 def test_a_program_of_access_of_ones_own_enters(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    """A copy of what `aloha` is, a generator, scores as that does."""
+    """A copy of what `aloha` is scores as that does: a generator function, or one that returns a
+    generator for each vehicle.
+    """
     (tmp_path / "copied_aloha.py").write_text(
         "def pings(node):\n"
         "    for packet in node.packets if not node.is_asv else ():\n"
         "        if packet >= node.clock:\n"
         "            yield node.until(packet)\n"
-        "            yield node.send('ping')\n"
+        "            yield node.send('ping')\n\n\n"
+        "def chosen(node):\n"
+        "    return nothing() if node.is_asv else pings(node)\n\n\n"
+        "def nothing():\n"
+        "    yield from ()\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
-    own, words = "copied_aloha:pings", ("--task", "sparse", "--seeds", 2, "--allow-plugins")
+    own, words = f"copied_aloha:{name}", ("--task", "sparse", "--seeds", 2, "--allow-plugins")
     table = scored(tmp_path / "out", own, "aloha", *words)
-    error, theirs = (value(table, "sparse", name, "worst_error_m") for name in (own, "aloha"))
+    error, theirs = (value(table, "sparse", one, "worst_error_m") for one in (own, "aloha"))
     assert (error.mean, error.difference) == (theirs.mean, theirs.difference)
     assert error.difference != 0.0
 

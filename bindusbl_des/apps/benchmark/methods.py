@@ -4,18 +4,21 @@ A method is a name here, a user-defined part (`module:object`), or recorded esti
 file, :mod:`.recorded`).
 """
 
+from collections.abc import Generator
 from dataclasses import dataclass
-from inspect import isgeneratorfunction
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from ...core.mission.mission import Mission
 from ...core.navigation.dead_reckoning import Odometry
 from ...core.navigation.navigators import Navigator
+from ...core.protocol.access.node import Node, Steps
 from ...core.scenario.families import ACCESS
+from ...core.scenario.part_choice import own_part
 from ...support.arrays import Floats
-from ...support.plugins import is_plugin, load
+from ...support.plugins import PluginError, is_plugin
 from ...support.wording import did_you_mean
 from .tasks import KEYS, Kind, Task
 
@@ -175,21 +178,35 @@ def check(method: str) -> None:
         )
 
 
-def _is_program(method: str) -> bool:
-    """Tell whether a user-defined part is a generator, as programs of access are."""
-    part = load(ACCESS, method)
-    return isgeneratorfunction(part) or isgeneratorfunction(type(part).__call__)
+def _is_program(method: str, task: Task) -> bool:
+    """Tell whether a user-defined part returns a generator for a node, as programs of access do.
+
+    Raises:
+        PluginError: when it cannot be loaded.
+    """
+    nodes: list[Node] = []
+
+    def program(node: Node) -> Steps:
+        nodes.append(node)
+        yield node.wait(0.0)
+
+    Mission(task.scenario({"protocol.access": program}), seed=0)
+    part = own_part(ACCESS, task.scenario({"protocol.access": method}).protocol.access)
+    try:
+        return isinstance(part(nodes[0]), Generator)
+    except PluginError:  # a node is no view of a schedule
+        return False
 
 
 def filled(method: str, task: Task) -> dict[str, Any]:
-    """Return what a method fills of a task's scenario, by dotted keys: a user-defined generator
-    enters tasks of schedules as a program of access.
+    """Return what a method fills of a task's scenario, by dotted keys: a user-defined part that
+    returns generators enters tasks of schedules as a program of access.
 
     Raises:
         PluginError: when a user-defined part cannot be loaded.
     """
     key = KEYS[task.kind]
-    if key == "protocol.schedule" and is_plugin(method) and _is_program(method):
+    if key == "protocol.schedule" and is_plugin(method) and _is_program(method, task):
         key = "protocol.access"
     fills = dict(SHIPPED[task.kind].get(method, {key: method}))
     if "protocol.access" in fills:
