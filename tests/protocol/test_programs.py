@@ -243,6 +243,17 @@ def no_time(node: Any) -> Iterator[Any]:
         yield node.wait(0.0)
 
 
+def looks_on(node: Any) -> Iterator[Any]:
+    yield node.wait(1.5)
+    while node.clock < 2.0:
+        pass
+
+
+def takes_all_packets(node: Any) -> Iterator[Any]:
+    yield node.wait(1.5)
+    yield node.until(max(node.packets))
+
+
 def no_generator(node: Any) -> int:
     return 3
 
@@ -260,6 +271,8 @@ def no_generator(node: Any) -> int:
         (no_event, "yielded 5 for AUV0 at 0 s; it must be an event"),
         (raises, "raised KeyError for AUV0 at 2.5 s: 'nothing'"),
         (no_time, "takes more than 10,000 steps for AUV0 at 1.5 s while no time goes by"),
+        (looks_on, "raised ValueError for AUV0 at 1.5 s: it asks for clock, sounds or packets"),
+        (takes_all_packets, "raised ValueError for AUV0 at 1.5 s: it asks for clock, sounds"),
         (no_generator, "returned 3 for AUV0 at 0 s; it must be a generator function"),
     ],
 )

@@ -28,6 +28,10 @@ from ..slots import Slots
 from ..steps import moment
 
 Steps = Generator[simpy.Event, Any, None]
+
+# So often a program may ask its node for clock, sounds or packets at one instant.
+MOST_QUESTIONS = 100_000
+
 Program = Callable[["Node"], Steps]
 
 
@@ -65,6 +69,26 @@ class Node:
     clock_error: tuple[float, float] = (0.0, 0.0)
     _woken: float = -1.0
     _says: float = 0.0
+    _asked: tuple[float, int] = (-1.0, 0)  # the last instant (s), and how often by then
+
+    def __post_init__(self) -> None:
+        """Count the packets that the program takes."""
+        self.packets = map(self._counted, self.packets)
+
+    def _counted(self, answer: float) -> float:
+        """Return an answer to the program.
+
+        Raises:
+            ValueError: when the program asks on and on without a step.
+        """
+        now, (last, times) = self.air.env.now, self._asked
+        self._asked = now, times + 1 if now == last else 1
+        if self._asked[1] > MOST_QUESTIONS:
+            raise ValueError(
+                f"it asks for clock, sounds or packets {MOST_QUESTIONS:,} times while no time goes "
+                "by; it must `yield` a wait meanwhile"
+            )
+        return answer
 
     @property
     def is_asv(self) -> bool:
@@ -80,7 +104,7 @@ class Node:
     def now(self) -> float:
         """The mission's time (s)."""
         now = self.air.env.now
-        return self._woken if abs(self._woken - now) < ROUNDING else now
+        return self._counted(self._woken if abs(self._woken - now) < ROUNDING else now)
 
     def reads(self, time: float) -> float:
         """Return the reading of the vehicle's clock (s) at an instant of the mission (s)."""
