@@ -106,3 +106,33 @@ def test_t_lohi_spends_little_on_tones() -> None:
     result = offered(radii, "t_lohi", 1.0, acoustics={"hf": hf}, duration_s=600.0)
     least = 10.0 * 1.0 * result.auvs.pings_heard.sum()
     assert 1.03 < result.auvs.energy_j.sum() / least < 1.12
+
+
+def shares(program: str, load: float) -> tuple[float, float]:
+    """Return for how much of the time the ASV decodes pings of 1 s, and which share of pings it
+    does not: eight AUVs within 140 m, that offer so many pings' lengths together.
+    """
+    radii = np.random.default_rng(1).uniform(20.0, 140.0, 8)
+    hf = {"range_m": 300.0, "ping_s": 1.0}
+    auvs = offered(radii, program, 8.0 / load, acoustics={"hf": hf}).auvs
+    return auvs.pings_heard.sum() / LASTS_S, 1.0 - auvs.pings_heard.sum() / auvs.pings.sum()
+
+
+def test_macau_keeps_its_throughput_under_any_load() -> None:
+    """Ng, Soh, Motani 2008: its throughput is stable where random access breaks down; handshakes
+    suit high loads, random access low ones (Zhou and others 2013).
+    """
+    one, eight = shares("macau", 1.0)[0], shares("macau", 8.0)[0]
+    assert eight > 0.85 * one
+    assert eight < 1.0 / (1.0 + 2 * 0.032 + 0.4)  # request, clear, and the longest way both ways
+    assert shares("aloha", 8.0)[0] < 0.01 < shares("aloha", 0.5)[0] < one
+
+
+@pytest.mark.parametrize("load", [1.0, 4.0])
+def test_dacap_loses_less_to_collisions_than_carrier_sense_which_brings_more(load: float) -> None:
+    """Peleato, Stojanovic 2007: ALOHA with carrier sense has the higher throughput, at more power
+    lost to collisions.
+    """
+    (sensed, met), (cleared, warned) = shares("csma", load), shares("dacap", load)
+    assert sensed > 1.2 * cleared
+    assert met > 2.0 * warned

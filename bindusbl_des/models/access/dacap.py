@@ -5,10 +5,10 @@ Peleato and Stojanovic, "Distance aware collision avoidance protocol for ad-hoc 
 sensor networks", IEEE Communications Letters 11(12), 2007.  An ASV clears a request at once.  A
 request of another AUV that has not heard this may still arrive: so that it does before the ping, an
 AUV at a distance U from the ASV waits t_min - 2 U / c from the clear to its ping, the less the
-farther it is.  With t_min, the shortest handshake, of twice the longest travel time no ping is met;
-a shorter one saves time at some risk.  An ASV that hears another handshake meanwhile warns its AUV,
-which backs off, as it does if it hears that itself.  An AUV that hears requests or clears of others
-sends its own once these handshakes are over.
+farther it is.  With t_min, the shortest handshake, of twice the longest travel time no ping is met
+where all decode the clear; a shorter one saves time at some risk.  An ASV that hears another
+handshake meanwhile warns its AUV, which backs off, as it does if it hears that itself.  An AUV that
+hears requests or clears of others sends its own once these handshakes are over.
 """
 
 from __future__ import annotations
