@@ -4,7 +4,7 @@ A method is a name here, a user-defined part (`module:object`), or recorded esti
 file, :mod:`.recorded`).
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +14,6 @@ import numpy as np
 from ...core.mission.mission import Mission
 from ...core.navigation.dead_reckoning import Odometry
 from ...core.navigation.navigators import Navigator
-from ...core.protocol.access.node import Node, Steps
 from ...core.scenario.families import ACCESS
 from ...core.scenario.part_choice import own_part
 from ...support.arrays import Floats
@@ -184,9 +183,9 @@ def _is_program(method: str, task: Task) -> bool:
     Raises:
         PluginError: when it cannot be loaded.
     """
-    nodes: list[Node] = []
+    nodes: list[Any] = []
 
-    def program(node: Node) -> Steps:
+    def program(node: Any) -> Iterator[Any]:
         nodes.append(node)
         yield node.wait(0.0)
 
