@@ -359,3 +359,39 @@ def test_losses_that_last_are_a_doubt_where_anything_is_lost(
     for name, value in expected.items():
         band = getattr(laid_over(given, expected).acoustics, name.split(".")[1])
         assert band.channel.settings["burst_s"] == value
+
+
+def test_the_drift_of_each_group_is_doubted_and_kept_from_its_filter() -> None:
+    """Groups with a sheet, a single error, or nothing of their own drift twice as far, and filters
+    that are not told go by what was planned.
+    """
+    groups = [{"count": 1, "drift": {"percent_of_distance": 0.5}}, {"count": 1}]
+    navigation = {"filter": "kalman", "drift": {"percent_of_distance": 2.0}}
+    data = {"name": "m", "auvs": {"groups": groups}, "navigation": navigation}
+    found = {
+        (it.what, it.known): it for it in doubting.doubts(team_in(Scenario.model_validate(data)))
+    }
+    unknown, known = found["drift", False].team, found["drift", True].team
+    for team in (unknown, known):
+        shares = [group.navigation.drift.percent_of_distance for group in team.setup.groups]
+        assert shares == [1.0, 4.0]
+    taken = [group.navigation.drift.percent_of_distance for group in unknown.setup.taken.groups]
+    assert taken == [0.5, 2.0]
+    assert known.setup.taken.groups[0].navigation.drift.percent_of_distance == 1.0
+    assert found["drift", False].words == "drift x 2"
+    lines = {"auvs.groups.0.drift.line_m", "navigation.drift.line_m"}
+    assert lines <= set(found["drift_line", False].keys)
+
+
+def test_a_lost_vessel_takes_its_own_usbl_along() -> None:
+    """Of one sure and one unsure vessel it is the sure one whose loss is felt."""
+    groups: list[dict[str, Any]] = [{"count": 1, "usbl": {"gnss_sd_m": 20.0}}, {"count": 1}]
+    places = {"model": "positions", "positions_m": [[0, -5], [0, 5]]}
+    asvs = {"groups": groups, "formation": places}
+    data = {"name": "m", "survey": {"side_m": 60.0}, "asvs": asvs,
+            "acoustics": {"hf": {"range_m": 80.0}}}  # fmt: skip
+    found = {it.what: it for it in doubting.doubts(team_in(Scenario.model_validate(data)))}
+    assert (found["ranges"].team.asvs, found["lost"].team.asvs) == (2, 1)
+    assert found["lost"].words == "ASV1 lost"
+    [left] = found["lost"].team.setup.usbls
+    assert left.gnss_sd == 20.0

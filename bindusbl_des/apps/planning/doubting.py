@@ -19,6 +19,7 @@ from ...core.scenario.agreement.instruments import ASSUMED
 from ...core.scenario.files.overrides import put
 from ...core.scenario.sections.navigation import Drift
 from ...core.scenario.sections.usbl import UsblSection
+from ...core.setup import Setup
 from ...support.arrays import Floats
 from ...support.plain_data import value_at
 from ..campaigns.statistics.intervals import Intervals, intervals
@@ -92,7 +93,7 @@ SLOW, SLOW_S, ASKEW_DEG = 0.9, 600.0, 1.0
 CONFIDENCE, SEEDS = 0.95, max(SPENT)
 
 HF, MF = "acoustics.hf", "acoustics.mf"
-NAVIGATION = "navigation"
+NAVIGATION, GROUPS = "navigation", "auvs.groups"
 # Keys of drift as data sheets state it, and keys of single sources of drift
 STATED = ("percent_of_distance", "m_per_hour")
 DRIFTS = (
@@ -139,7 +140,7 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
     """Yield the worse conditions of a team: a name, words, and the keys that make them."""
     setup, scenario = team.setup, team.scenario
     is_heard = team.asvs > 0 or scenario.has_peers
-    bands, navigation = {HF: scenario.acoustics.hf, MF: scenario.acoustics.mf}, scenario.navigation
+    bands = {HF: scenario.acoustics.hf, MF: scenario.acoustics.mf}
     # A range ends reception only with a disc.
     discs = [name for name, band in bands.items() if band.traits.ends_at_range]
     if discs and is_heard:
@@ -165,32 +166,32 @@ def worse(team: Team) -> Iterator[tuple[str, str, dict[str, Any]]]:
         yield "sound_speed", words, {"environment.assumed_sound_speed_m_per_s": faster}
     if team.asvs and not scenario.usbl.model.is_own:
         yield from _worse_fixes(scenario.usbl)
-    sheet = {
-        f"drift.{name}": size
-        for name in STATED
-        if (size := getattr(navigation.drift, name)) is not None
-    }
-    drift = sheet or {name: size for name in DRIFTS if np.any(size := getattr(navigation, name))}
-    # groups with navigation keys of their own ignore the common ones
-    others = [
-        group
-        for group in setup.groups
-        if not any(key.startswith(NAVIGATION) for key in group.own_keys)
-    ]
-    if not others:
-        return
-    whose = " (groups that say nothing of it)" if len(others) < len(setup.groups) else ""
-    if drift:
-        twice = {name: (DRIFTIER * np.array(size)).tolist() for name, size in drift.items()}
-        keys = {f"{NAVIGATION}.{name}": size for name, size in twice.items()}
-        yield "drift", f"drift x {DRIFTIER:g}{whose}", keys
-    line = navigation.drift.line_m
-    wanders = any(map(setup.drift_line_m, others))
-    if wanders or (navigation.drift.is_stated and line is None):
-        sooner = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # what the key allows
-        usually = "at all" if line is None else f"{line:g}"
-        words = f"drift wanders over {sooner:.3g} m, not {usually}{whose}"
-        yield "drift_line", words, {f"{NAVIGATION}.drift.line_m": _rounded(sooner, 3)}
+    yield from _worse_drift(setup)
+
+
+def _worse_drift(setup: Setup) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield worse dead reckoning, of each group of AUVs by the keys that say what theirs is."""
+    twice, sooner, words = dict[str, Any](), dict[str, Any](), dict[str, None]()
+    for group in setup.groups:
+        navigation, key = group.navigation, group.key("drift")
+        sheet = {
+            f"{key}.{name}": size
+            for name in STATED
+            if (size := getattr(navigation.drift, name)) is not None
+        }
+        single = {group.key(name): getattr(navigation, name) for name in DRIFTS}
+        for name, size in (sheet or single).items():
+            if np.any(size):
+                twice[name] = (DRIFTIER * np.array(size)).tolist()
+        line = navigation.drift.line_m
+        if setup.drift_line_m(group) or (navigation.drift.is_stated and line is None):
+            shorter = USUAL_LINE_M if line is None else max(line / SOONER, 1.0)  # the key allows
+            sooner[f"{key}.line_m"] = _rounded(shorter, 3)
+            words[f"{shorter:.3g} m, not {'at all' if line is None else f'{line:g}'}"] = None
+    if twice:
+        yield "drift", f"drift x {DRIFTIER:g}", twice
+    if sooner:
+        yield "drift_line", f"drift wanders over {' and '.join(words)}", sooner
 
 
 def _worse_fixes(usbl: UsblSection) -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -216,6 +217,9 @@ def _assumed(team: Team, changed: Keys) -> list[dict[str, Any]]:
     navigation = team.scenario.navigation
     names = {key: key.split(".") for key in changed}
     modelled = {key: path for key, path in names.items() if path[1] in ASSUMED.get(path[0], ())}
+    for key in [key for key in modelled if key.startswith(GROUPS)]:  # as a whole
+        del modelled[key]
+        modelled[GROUPS] = GROUPS.split(".")
     if not navigation.weighs or not modelled:
         return [{}]
     planned = team.setup.taken.scenario.model_dump(mode="json")
@@ -248,6 +252,13 @@ def _lost(team: Team) -> list[Doubt]:
     rests: dict[int, Doubt] = {}
     for lost in range(0 if team.moves or team.asvs == 1 else team.asvs):
         keys = place_keys(team.question, np.delete(team.stations, lost, axis=0))
+        groups = [
+            {**group.model_dump(mode="json", exclude_unset=True), "count": left}
+            for group, vessels in zip(team.scenario.asvs.groups, team.setup.vessels, strict=False)
+            if (left := group.count - (lost in vessels.members))
+        ]
+        if groups:
+            keys["asvs.groups"] = groups
         if rest := team.placed(keys):
             rests[lost] = Doubt("lost", f"ASV{lost} lost", keys, rest)
     lost = max(rests, key=lambda lost: (rests[lost].team.rank, -lost), default=0)

@@ -9,7 +9,7 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, product
 from typing import Any
@@ -140,8 +140,11 @@ class Team:
         """The predictions of the team without each combination of lost vessels."""
         if self.inputs is None or self.moves:
             return [None] * len(self.lost)
-        rests = (np.delete(self.stations, lost, axis=0) for lost in self.lost)
-        return [predict(self.inputs, rest) for rest in rests]
+        inputs, stations = self.inputs, self.stations
+        return [
+            predict(replace(inputs, noise=inputs.noise.without(lost)), np.delete(stations, lost, 0))
+            for lost in self.lost
+        ]
 
     def _value(self, goal: Goal) -> float:
         if not goal.lost or not self.lost:

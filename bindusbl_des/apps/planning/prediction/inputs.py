@@ -5,8 +5,11 @@ that a placement takes milliseconds.  docs/planning.md (Predicted error) gives t
 accuracy.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
+
+import numpy as np
 
 from ....core.geometry.land import Land
 from ....core.scenario import families
@@ -84,6 +87,13 @@ class FixNoise:
     down_m2: Floats
     leaning_m2: Floats
     slow: Floats
+
+    def without(self, lost: Sequence[int]) -> "FixNoise":
+        """Return the noise of the fleet without some ASVs."""
+        if self.slow.shape[1] == 1:
+            return self
+        tables = self.along_m2, self.across_m2, self.down_m2, self.leaning_m2, self.slow
+        return FixNoise(self.step_m, *(np.delete(table, lost, axis=1) for table in tables))
 
 
 @dataclass(frozen=True)

@@ -215,6 +215,7 @@ ASSUMED = {
         *(*REPLACED_BY_DRIFT, "drift", "scale_factor_sd", "heading_sd_deg"),
         *("initial_position_sd_m", "clock_offset_sd_s", "clock_drift_sd"),
     ),
+    "auvs": ("groups",),
 }
 
 
