@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 import pytest
@@ -244,11 +245,45 @@ def test_a_plan_is_asked_in_words(server: Server) -> None:
             assert next(iter(wrong)) in window.until("said")["text"]
         more = {"survive": 1, "budget_missions": 3, "placed": ["ring", "follow"]}
         window.do("begin", kind="plan", below=["position_error_m=5"], vary=["asvs.count=2"], **more)
-        job = window.job(1, "running")
+        plans = list[Any]()
+        while not plans:
+            plans = [job for job in window.until("jobs")["jobs"] if job["kind"] == "plan"]
+        job, number = plans[0], plans[0]["number"]
         for part in ("--survive 1", "--budget-missions 3", "model=ring,follow", "scenario.yaml"):
             assert part in job["command"]
-        window.do("stop", job=1)
-        assert "Traceback" not in window.job(1, "stopped", "failed", "complete")["told"]
+        window.do("stop", job=number)
+        assert "Traceback" not in window.job(number, "stopped", "failed", "complete")["told"]
+
+
+def test_a_recorded_log_is_replayed_and_fitted(server: Server, survey: Path) -> None:
+    """Its tables are dropped together; the noise that was fitted to them can be the scenario's."""
+    origin = {"Origin": f"http://{server.host}"}
+    rows = [(k, 1.5 * k, 20.0 + 2.0 * (k % 3), 0.0) for k in range(60)]
+    tables = {
+        "odometry": ("time_s,x_m,y_m,yaw_rad", rows),
+        "fixes": (
+            "time_s,x_m,y_m,sd_x_m,sd_y_m",
+            [(k, x + 0.3 * (k % 2), y, 0.5, 0.5) for k, x, y, _ in rows],
+        ),
+    }
+    for name, (head, values) in tables.items():
+        raw = "\n".join([head, *(",".join(map(str, row)) for row in values)]).encode()
+        assert server.ask(f"drop?name={name}.csv&log=dive", "POST", raw, **origin)[0] == 200
+    with server.window() as window:
+        number = len(window.until("jobs")["jobs"]) + 1
+        window.do("begin", kind="replay", log="../dive")
+        assert window.job(number, "failed", "complete")["status"] == "failed"
+        window.do("begin", kind="replay", log="dive")
+        found = window.job(number + 1, "failed", "complete")
+        assert found["status"] == "complete", found["told"]
+        assert "60" in found["said"]
+        assert server.ask(f"pages/{number + 1}/picture")[1].startswith(b"\x89PNG")
+        window.do("begin", kind="fit", of=number + 1)
+        found = window.job(number + 2, "failed", "complete")
+        assert found["status"] == "complete", found["told"]
+        assert window.change("noise", job=number + 2)["mistakes"] == []
+        assert load_scenario(survey).navigation.random_walk_m_per_sqrt_s > 0
+        window.change("step", by=-1)
 
 
 def test_another_program_is_not_stopped(tmp_path: Path) -> None:

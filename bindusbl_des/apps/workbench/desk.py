@@ -258,6 +258,10 @@ def ways(points: Iterable[Iterable[Point]], origin: Point | None) -> list[Change
     return [(("auvs", "count"), len(each)), (("auvs", "route"), route), *_at_origin(origin)]
 
 
+# A file that is no part of a scenario
+A_LOG = "a recorded log to replay"
+
+
 def meanings(file: str) -> dict[str, list[Change]]:
     """Return what the name of a file may be meant for, in words, and the changes for each."""
     shapes = ("side_m", "size_m", "rotation_deg", "polygon_m", "polygon_deg", "area", "area_name")
@@ -274,7 +278,8 @@ def meanings(file: str) -> dict[str, list[Change]]:
     ]
     tracks = {"the way that an AUV repeats": track}
     if file.endswith((".csv", ".cnv", ".mcap")):
-        return {"a cast of the water": [(("environment", "ctd"), file)], **tracks}
+        logs: dict[str, list[Change]] = {A_LOG: []} if file.endswith(".mcap") else {}
+        return {"a cast of the water": [(("environment", "ctd"), file)], **tracks, **logs}
     return {**charts, **tracks} if file.endswith(".gpx") else charts
 
 

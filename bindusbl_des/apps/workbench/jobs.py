@@ -38,7 +38,9 @@ from ..planning.teams import FORMATION, PLACEMENT
 Row = Mapping[str, Any]
 
 SCENARIO, ASKED, LOG, FOUND = "scenario.yaml", "job.json", "log.txt", "found"
-PROCESS = "process.txt"
+PROCESS, SAID = "process.txt", "said.txt"
+# What is done with recorded logs, and where it writes what it finds.
+RECORDED = {"replay": FOUND, "fit": "noise.yaml"}
 
 # So many seeds are simulated at once at most, so many jobs are listed.
 MOST_SEEDS, MOST_LISTED = 1000, 40
@@ -87,8 +89,11 @@ def arguments(asked: Mapping[str, Any]) -> list[str]:
                 if type(number) is not int or number < 0:
                     raise Refused(f"{name}: needs a whole number; got {described(number)}")
                 command += [f"--{name.replace('_', '-')}", str(number)]
+    elif kind in RECORDED:
+        return [str(kind), str(asked["log"]), "--out", RECORDED[kind], "--force"]
     else:
-        raise Refused(f"there is no job {described(kind)}; there are simulate and plan")
+        known = ", ".join(("simulate", "plan", *RECORDED))
+        raise Refused(f"there is no job {described(kind)}; there are {known}")
     for key, value in (asked.get("set") or {}).items():  # what is doubted
         command += ["--set", f"{key}={json.dumps(value)}"]
     return [*command, "--out", FOUND]
@@ -142,10 +147,10 @@ class Job:
 
     async def start(self) -> None:
         """Begin it, or go on with it."""
-        is_begun = self.campaign_folder.is_dir()
+        is_begun = self.campaign_folder.is_dir() and self.asked["kind"] not in RECORDED
         command = ["resume", str(self.found)] if is_begun else arguments(self.asked)
-        with (self.folder / LOG).open("wb") as log:
-            self.process = await self._run(command, log)
+        with (self.folder / LOG).open("wb") as log, (self.folder / SAID).open("wb") as said:
+            self.process = await self._run(command, log, said)
         write_text(self.folder / PROCESS, f"{self.process.pid}\n")
 
     async def export(self, kind: str) -> Path:
@@ -165,13 +170,15 @@ class Job:
                 raise Refused(log.read().decode("utf-8", "replace").strip())
         return Path(shutil.make_archive(str(path), "zip", path)) if path.is_dir() else path
 
-    async def _run(self, command: Sequence[str], log: IO[bytes]) -> asyncio.subprocess.Process:
+    async def _run(
+        self, command: Sequence[str], log: IO[bytes], said: IO[bytes] | None = None
+    ) -> asyncio.subprocess.Process:
         return await asyncio.create_subprocess_exec(
             *(sys.executable, "-P", "-m", "bindusbl_des", *command),
             cwd=self.folder,
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             stdin=asyncio.subprocess.DEVNULL,
-            stdout=asyncio.subprocess.DEVNULL,
+            stdout=said or asyncio.subprocess.DEVNULL,
             stderr=log,
             start_new_session=True,  # Ctrl-C is for the server, which ends it
         )
@@ -205,6 +212,8 @@ class Job:
             "told": self._log(),
             "command": self._command(),
         }
+        if self.asked["kind"] in RECORDED:
+            return {**state, **self._recorded_state()}
         try:
             campaign = self.campaign()
             far = campaign.state()
@@ -226,6 +235,25 @@ class Job:
         given = {SCENARIO: str(self.folder / SCENARIO), FOUND: str(self.found)}
         command = ["bindusbl-des", *arguments(self.asked)]
         return shlex.join([given.get(word, word) for word in command])
+
+    @property
+    def outcome(self) -> Path:
+        """Where what was made of a recorded log lies."""
+        return self.folder / RECORDED[self.asked["kind"]]
+
+    @property
+    def picture(self) -> Path:
+        """The figure of a recorded log that was replayed (raises LookupError without one)."""
+        pictures = sorted(self.outcome.glob("*.png"))
+        return pictures[0]
+
+    def _recorded_state(self) -> dict[str, Any]:
+        if self.runs:
+            return {}
+        if not self.outcome.exists():
+            return {"status": "failed"}
+        told = self.outcome if self.outcome.is_file() else self.folder / SAID
+        return {"status": "complete", "said": told.read_text(encoding="utf-8").strip()}
 
     def _plan_state(self) -> dict[str, Any]:
         try:

@@ -35,8 +35,8 @@ from ...core.scenario.keys import keys
 from ...support.compiled import watch_compiling
 from ...support.mistakes import ScenarioError
 from ...support.palette import variables
-from ...support.plain_data import path_of
-from ...support.plain_yaml import read_text
+from ...support.plain_data import leaves, path_of
+from ...support.plain_yaml import read_text, read_yaml
 from ...support.shipped import ENDINGS
 from ...support.wording import described, file_name, lettered, significant
 from ...support.yaml_edits import REMOVED, edited
@@ -55,7 +55,19 @@ from .looking import Look, reach_of, shadows
 Answer = TypeVar("Answer")
 
 # Files of charts and logs that are dropped on the page, and their size (bytes) at most.
-DROPPED = (".kml", ".kmz", ".geojson", ".json", ".gpx", ".csv", ".cnv", ".mcap", ".yaml", ".yml")
+DROPPED = (
+    ".kml",
+    ".kmz",
+    ".geojson",
+    ".json",
+    ".gpx",
+    ".csv",
+    ".cnv",
+    ".mcap",
+    ".pyfg",
+    ".yaml",
+    ".yml",
+)
 LARGEST_DROP = 32_000_000
 # A message of the page is at most so long (bytes): a scenario file twice over.
 LARGEST_MESSAGE = 2_000_000
@@ -319,6 +331,9 @@ class Workbench:
         """
         name = Path(asked["name"]).name
         path = self.desk.file.parent / name
+        if asked.get("as") == changes.A_LOG or path.suffix == ".pyfg":
+            await self._begin({"kind": "replay", "log": str(path)})
+            return
         if path.suffix in ENDINGS:
             await self._think(self.desk.write, read_text(path), asked["version"])
             await self.show()
@@ -377,11 +392,23 @@ class Workbench:
         await self._tell({"is": "tried", "id": asked["id"], "stations": stations, **found}, socket)
 
     async def do_begin(self, _: WebSocket, asked: dict[str, Any]) -> None:
-        """Begin a job."""
+        """Begin a job, of a recorded log with the files that were dropped together."""
+        wanted = {name: asked[name] for name in WANTED if name in asked}
+        if "of" in asked:  # the log of another job
+            wanted["log"] = self.jobs[asked["of"]].asked["log"]
+        elif "log" in asked:
+            wanted["log"] = str(self.logs / file_name(asked["log"]))
+        await self._begin(wanted)
+
+    @property
+    def logs(self) -> Path:
+        """Where files that are one log lie, each log in a folder."""
+        return self.desk.folder / "logs"
+
+    async def _begin(self, wanted: dict[str, Any]) -> None:
         look = self._look
         if look is None or look.setup is None or look.mistakes:
             raise Refused("the scenario has mistakes; mend them first")
-        wanted = {name: asked[name] for name in WANTED if name in asked}
         await self.jobs.begin(look.setup.scenario, wanted, self.desk.version)
         await self.tell_jobs()
 
@@ -394,6 +421,14 @@ class Workbench:
         """Go on with a job that was stopped."""
         await self.jobs.go_on(asked["job"])
         await self.tell_jobs()
+
+    async def do_noise(self, _: WebSocket, asked: dict[str, Any]) -> None:
+        """Give the scenario the noise that was fitted to a recorded log."""
+        job = self.jobs[asked["job"]]
+        text = await self.read(read_text, job.outcome)
+        data = read_yaml(text, job.outcome.name).data
+        made = [(path_of(key), value) for key, value in leaves(data) if key != "name"]
+        await self._change(made, asked["version"])
 
     async def do_compare(self, socket: WebSocket, asked: dict[str, Any]) -> None:
         """Tell what plans answer, side by side."""
@@ -495,6 +530,8 @@ async def _run_page(request: Request) -> Response:
     which = request.path_params["which"]
     try:
         job = bench.jobs[request.path_params["job"]]
+        if which == "picture":
+            return FileResponse(job.picture)
         if which == "plan":
             page = await bench.read((job.found / "plan.html").read_text, "utf-8")
         elif which == "all":
@@ -544,8 +581,12 @@ async def _drop(request: Request) -> Response:
         raw += part
         if len(raw) > LARGEST_DROP:
             return JSONResponse({"error": f"{name}: has more than {LARGEST_DROP:,} bytes"}, 413)
+    folder = bench.desk.file.parent
     try:
-        path = await bench.read(_kept, bench.desk.file.parent, stem, ending, bytes(raw))
+        if log := request.query_params.get("log"):
+            folder = bench.logs / file_name(log).lstrip(".")
+            folder.mkdir(parents=True, exist_ok=True)
+        path = await bench.read(_kept, folder, stem, ending, bytes(raw))
     except OSError as error:
         return JSONResponse({"error": f"{name}: {error.strerror or error}"}, 507)
     return JSONResponse({"name": path.name})

@@ -53,7 +53,7 @@ export class Jobs {
   }
   // Those that are as they were keep their place on the page, and the focus in it.
   show(jobs) {
-    const hosts = { simulate: byId("simulated"), plan: byId("planned") };
+    const hosts = { simulate: byId("simulated"), replay: byId("simulated"), fit: byId("simulated"), plan: byId("planned") };
     for (const job of jobs) {
       const told = JSON.stringify(job), before = this.known.get(job.number);
       if (before?.told === told) continue;
@@ -65,7 +65,7 @@ export class Jobs {
   }
   box(job) {
     const { number, kind, status, told } = job, { bench } = this;
-    const head = make("h3", {}, `${kind === "plan" ? "Plan" : "Simulation"} ${number}${kind !== "plan" && job.words ? `: ${job.words}` : ""}`);
+    const head = make("h3", {}, `${{ plan: "Plan", replay: "Recorded log", fit: "Noise of a recorded log" }[kind] ?? "Simulation"} ${number}${kind !== "plan" && job.words ? `: ${job.words}` : ""}`);
     const parts = [head, make("p", { class: "note" }, `${this.asked(job)}; ${this.far(job)}${job.version === bench.version ? "" : " (the scenario was another)"}`)];
     if (status === "running") {
       parts.push(make("progress", job.missions ? { max: job.missions, value: job.done } : {}), make("div", { class: "tools" }, button("stop", () => bench.ask("stop", { job: number }))));
@@ -75,15 +75,25 @@ export class Jobs {
       if (told) parts.push(make("pre", {}, told));
     }
     if (kind === "simulate" && job.seeds_flown?.length) parts.push(...this.seeds(job));
+    if (job.said) parts.push(...this.recorded(job));
     if (kind === "plan" && job.answered) parts.push(...this.answer(job));
     if (job.command) parts.push(make("details", {}, make("summary", {}, "As a command"), copied(job.command)));
     return make("section", { class: "job", "data-job": number, "data-status": status }, ...parts);
   }
-  asked({ kind, seeds, below, vary, mean, words }) {
+  // What was made of a recorded log: figures and a picture, or the noise as keys of the scenario.
+  recorded({ number, kind, said }) {
+    const { bench } = this;
+    const acts = kind === "fit" ? [button("give it to the scenario", () => bench.ask("noise", { job: number }))]
+      : [button("its way", () => bench.open(`pages/${number}/picture`, `Recorded log ${number}`)), button("fit its noise", () => bench.ask("begin", { kind: "fit", of: number }))];
+    return [make("div", { class: "tools" }, ...acts), make("pre", {}, said)];
+  }
+  asked({ kind, log, seeds, below, vary, mean, words }) {
+    if (log) return log.split("/").pop();
     if (kind === "plan" && words) return words.replace(/\.$/, "");
     return kind === "simulate" ? `${seeds} seed${seeds === 1 ? "" : "s"}` : `${[...(below ?? []), ...(vary ?? [])].join(", ")}${mean ? ", mean of the AUVs" : ""}`;
   }
-  far({ kind, status, done, missions, left_s: left, failed }) {
+  far({ kind, log, status, done, missions, left_s: left, failed }) {
+    if (log) return status === "complete" ? "done" : status;
     const flown = kind === "simulate" ? `${done} of ${missions} flown` : `${done} missions flown`;
     return `${status === "complete" ? "done" : status}, ${flown}${failed ? `, ${failed} failed` : ""}${status === "running" && Number.isFinite(left) ? `, ${seconds(left)} left` : ""}`;
   }

@@ -100,19 +100,28 @@ byId("frame-back").addEventListener("click", () => {
 });
 
 // Files that are opened or dropped are kept beside the scenario, and then named in it.
-async function drop(file) {
-  const answer = await fetch(`drop?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file }).catch(() => null);
+async function drop(file, log = "") {
+  const answer = await fetch(`drop?name=${encodeURIComponent(file.name)}&log=${log}`, { method: "POST", body: file }).catch(() => null);
   const told = await answer?.json().catch(() => null);
-  if (!answer?.ok || !told) return say(told?.error ?? `${file.name}: cannot be kept`, true);
-  bench.ask("file", { name: told.name });
+  if (!answer?.ok || !told) { say(told?.error ?? `${file.name}: cannot be kept`, true); return false; }
+  if (!log) bench.ask("file", { name: told.name });
+  return true;
 }
-byId("open").addEventListener("change", ({ target }) => { [...target.files].forEach(drop); target.value = ""; });
+// The tables of a recorded log are dropped together.
+async function dropAll(files) {
+  if (!files.some(({ name }) => /^(odometry|tracks)\.csv$/.test(name))) { files.forEach((file) => drop(file)); return; }
+  const log = `log-${Date.now()}`, kept = await Promise.all(files.map((file) => drop(file, log)));
+  if (!kept.every(Boolean)) return;
+  bench.ask("begin", { kind: "replay", log });
+  bench.tab("simulate");
+}
+byId("open").addEventListener("change", ({ target }) => { dropAll([...target.files]); target.value = ""; });
 for (const kind of ["dragover", "dragleave", "drop"]) {
   addEventListener(kind, (event) => {
     if (!event.dataTransfer?.types.includes("Files")) return;
     event.preventDefault();
     document.body.classList.toggle("dropping", kind === "dragover");
-    if (kind === "drop") [...event.dataTransfer.files].forEach(drop);
+    if (kind === "drop") dropAll([...event.dataTransfer.files]);
   });
 }
 
