@@ -146,17 +146,19 @@ def test_a_setting_is_tried_while_its_slider_moves(opened: Open, survey: Path) -
     page = opened()
     page.click("[data-tab=keys]")
     slider = page.locator("input[aria-label^='acoustics.hf.range_m']")
-    before, radius = worst(page), page.locator("#map path.hf").first.bounding_box()["width"]
+    before, radius = page.inner_text("#worst"), page.locator("#map path.hf").first.bounding_box()["width"]
     page.evaluate(
         """() => { const it = document.querySelector("input[aria-label^='acoustics.hf.range_m']");
                    it.value = 198; it.dispatchEvent(new Event("input", {bubbles: true})); }"""
     )
-    until(page, lambda: worst(page) < before)
+    until(page, lambda: page.inner_text("#worst") != before)  # some pings are heard now
+    assert "a fix with 0 %" in before
+    assert "a fix with 0 %" not in page.inner_text("#worst")
     assert survey.read_text() == FAR
     assert page.locator("#map path.hf").first.bounding_box()["width"] > 1.5 * radius
     slider.fill("200")  # and lets it go
     settled(page, survey, lambda it: it.acoustics.hf.range_m == 200)
-    assert worst(page) < before
+    assert "a fix with 0 %" not in page.inner_text("#worst")
     page.click("[data-tab=plan]")
     page.fill("#below", "90")
     page.press("#below", "Tab")
