@@ -1,6 +1,8 @@
 """Who may ask the workbench, and what it keeps."""
 
 import json
+import os
+import resource
 import signal
 import socket
 import subprocess
@@ -302,6 +304,29 @@ def test_another_program_is_not_stopped(tmp_path: Path) -> None:
         told = window.until("compared")
         assert told["head"][:3] == ["plan", "ASVs", "price"]
         assert [row[1] for row in told["rows"]] == ["2", "2"]
+
+
+@pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="needs Linux")
+def test_a_full_disk_and_a_dead_worker_are_said(tmp_path: Path) -> None:
+    """What cannot be written is told in a line, and is not there; what has died can go on."""
+    file = tmp_path / "cove.yaml"
+    file.write_text(SURVEY)
+    with started(file) as server, server.window() as window:
+        window.until("forecast")
+        window.do("begin", kind="simulate", seeds=1000)
+        window.job(1, "running")
+        (process,) = (tmp_path / "workbench").glob("*/jobs/0001/process.txt")
+        os.kill(int(process.read_text()), signal.SIGKILL)
+        assert window.job(1, "stopped", "failed")["done"] < 1000
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (400_000, 400_000))
+        window.do("text", text=f"{SURVEY}# {'x' * 500_000}")
+        assert "large" in window.until("said")["text"]
+        assert file.read_text() == SURVEY
+        origin = {"Origin": f"http://{server.host}"}
+        status, told, _ = server.ask("drop?name=a.kml", "POST", b"x" * 500_000, **origin)
+        assert (status, b"a.kml: " in told) == (507, True)
+        assert not (tmp_path / "a.kml").exists()
+        assert window.change("vessels", stations=[[1, 2]])["mistakes"] == []
 
 
 def test_missions_outlive_a_kill(tmp_path: Path) -> None:

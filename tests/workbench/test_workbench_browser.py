@@ -146,7 +146,10 @@ def test_a_setting_is_tried_while_its_slider_moves(opened: Open, survey: Path) -
     page = opened()
     page.click("[data-tab=keys]")
     slider = page.locator("input[aria-label^='acoustics.hf.range_m']")
-    before, radius = page.inner_text("#worst"), page.locator("#map path.hf").first.bounding_box()["width"]
+    before, radius = (
+        page.inner_text("#worst"),
+        page.locator("#map path.hf").first.bounding_box()["width"],
+    )
     page.evaluate(
         """() => { const it = document.querySelector("input[aria-label^='acoustics.hf.range_m']");
                    it.value = 198; it.dispatchEvent(new Event("input", {bubbles: true})); }"""
@@ -216,11 +219,33 @@ def test_the_keyboard_is_enough(opened: Open, survey: Path, width: int, scheme: 
     settled(page, survey, lambda it: it.asvs.count == 1)
 
 
-def test_nothing_breaks_at_random(opened: Open, survey: Path) -> None:
-    """Clicks, drags and keys anywhere leave no script error, and a scenario that is one."""
-    page, draw = opened(), random.Random(7)
-    page.click("[data-tab=vehicles]")
-    for _ in range(120):
+# Drops a file of some text on the page.
+DROP = """([name, text]) => { const data = new DataTransfer();
+    data.items.add(new File([text], name));
+    const how = {dataTransfer: data, bubbles: true, cancelable: true};
+    dispatchEvent(new DragEvent("drop", how)); }"""
+DROPPED = {
+    "a.kml": "<kml/>",
+    "b.geojson": "{}",
+    "c.gpx": "no XML",
+    "d.csv": "time_s\n1",
+    "e.mcap": "",
+    "odometry.csv": "time_s,x_m\n0,0",
+    "<img src=x onerror=alert(1)>.kml": "<kml></kml>",
+    "f.yaml": "name: f\nduration_s: 20",
+}
+
+
+@pytest.mark.parametrize("acts", [100, pytest.param(1000, marks=pytest.mark.slow)])
+def test_nothing_breaks_at_random(opened: Open, survey: Path, acts: int) -> None:
+    """Clicks, drags, keys and drops leave no script error, and a scenario that is one."""
+    page, draw = opened(), random.Random(acts)
+    for number in range(acts):
+        if number % 20 == 0:
+            tab = draw.choice(["vehicles", "keys", "simulate", "plan"])
+            page.evaluate(f"bindusbl.bench.tab('{tab}')")
+            name = draw.choice(sorted(DROPPED))
+            page.evaluate(DROP, [name, DROPPED[name]])
         x, y = draw.uniform(5, 1360), draw.uniform(60, 850)
         act = draw.random()
         if act < 0.6:
@@ -233,5 +258,25 @@ def test_nothing_breaks_at_random(opened: Open, survey: Path) -> None:
         else:
             page.keyboard.press(draw.choice(["Tab", "Escape", "ArrowUp", "Delete", "Control+z"]))
     page.wait_for_timeout(500)
+    survey.write_text(FAR)
     page.reload()
     settled(page, survey, lambda it: it.name == "cove")
+    for job in page.evaluate("bindusbl.bench.jobs.filter((job) => job.status === 'running')"):
+        page.evaluate(f"bindusbl.bench.ask('stop', {{job: {job['number']}}})")
+
+
+@pytest.mark.slow
+def test_reloads_and_windows_cost_no_memory(opened: Open, server: Server) -> None:
+    """After 50 reloads, and as many windows, the server is as large as after some."""
+    page, sizes = opened(), []
+    for number in range(50):
+        page.reload()
+        page.wait_for_selector("#auvs tbody tr", state="attached")
+        other = page.context.new_page()
+        other.goto(server.address)
+        other.wait_for_selector("#auvs tbody tr", state="attached")
+        other.close()
+        if number % 10 == 9:
+            status = Path(f"/proc/{server.process.pid}/status").read_text()
+            sizes.append(int(status.partition("VmRSS:")[2].split()[0]))
+    assert sizes[-1] < 1.05 * sizes[0], sizes

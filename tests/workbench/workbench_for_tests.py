@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
@@ -96,11 +97,13 @@ class Window:
 
 @contextmanager
 def started(where: Path, *options: str, cwd: Path | None = None) -> Iterator[Server]:
-    """Start a workbench with the command, and end it."""
+    """Start a workbench with the command, and end it; it may leave no traceback."""
     command = [sys.executable, "-m", "bindusbl_des", "workbench", str(where), "--no-browser"]
+    told = tempfile.TemporaryFile("w+")  # noqa: SIM115 (closed when it was read)
     process = subprocess.Popen(
         [*command, *options],
         stdout=subprocess.PIPE,
+        stderr=told,
         text=True,
         cwd=cwd or (where if where.is_dir() else where.parent),
     )
@@ -112,3 +115,7 @@ def started(where: Path, *options: str, cwd: Path | None = None) -> Iterator[Ser
         process.send_signal(signal.SIGTERM)
         process.wait(timeout=40)
         process.stdout.close()
+        told.seek(0)
+        said = told.read()
+        told.close()
+    assert "Traceback" not in said, said

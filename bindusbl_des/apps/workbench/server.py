@@ -8,9 +8,9 @@ token, which is in the address and is drawn at each start.
 import asyncio
 import hmac
 import json
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, contextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from math import isfinite
@@ -592,13 +592,23 @@ async def _drop(request: Request) -> Response:
     return JSONResponse({"name": path.name})
 
 
+@contextmanager
+def _whole_or_none(path: Path) -> Iterator[None]:
+    """Leave no file that could not be written whole."""
+    try:
+        yield
+    except OSError:
+        path.unlink()
+        raise
+
+
 def _kept(folder: Path, stem: str, ending: str, raw: bytes) -> Path:
     """Write a file into a folder, unless it is there; return its name there."""
     number = 1
     while True:
         path = folder / (f"{stem}{ending}" if number == 1 else f"{stem}-{number}{ending}")
         try:
-            with path.open("xb") as file:
+            with path.open("xb") as file, _whole_or_none(path):
                 file.write(raw)
             return path
         except FileExistsError:
