@@ -10,6 +10,7 @@ from commands_for_tests import call
 from bindusbl_des import load_scenario, simulate
 
 ROOT = Path(__file__).parents[2]
+SHIPPED = ROOT / "experiments" / "benchmark" / "scores.csv"
 TASKS = sorted(path.stem for path in (ROOT / "scenarios" / "benchmark").glob("*.yaml"))
 
 
@@ -127,7 +128,7 @@ def test_a_program_of_access_of_ones_own_enters(
 
 def test_the_table_in_the_repository_is_what_comes_out(tmp_path: Path) -> None:
     """Some rows are flown again: all but processor time."""
-    kept = pd.read_csv(ROOT / "experiments" / "benchmark" / "scores.csv")
+    kept = pd.read_csv(SHIPPED)
     assert set(kept.task) == set(TASKS)
     table = scored(tmp_path, "ring", "zigzag", "--task", "placement")
     both = table.merge(kept, on=["version", "task", "method", "metric"], suffixes=("", "_kept"))
@@ -135,6 +136,27 @@ def test_the_table_in_the_repository_is_what_comes_out(tmp_path: Path) -> None:
     assert len(both) == 14
     for column in ("mean", "low", "high", "difference", "difference_low", "difference_high"):
         assert np.allclose(both[column], both[f"{column}_kept"], rtol=1e-4, equal_nan=True)
+
+
+ENTRIES = sorted(set((ROOT / "experiments" / "benchmark").glob("*.csv")) - {SHIPPED})
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=lambda path: path.stem)
+def test_an_entry_is_what_its_file_reaches(
+    entry: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its first task is flown again, by the file beside it: in the form of the table."""
+    kept = pd.read_csv(entry)
+    assert list(kept) == list(pd.read_csv(SHIPPED))
+    assert set(kept.task) <= set(TASKS)
+    [method], first = kept.method.unique(), kept[kept.task == kept.task[0]]
+    monkeypatch.syspath_prepend(entry.parent)
+    words = (method, "--task", kept.task[0], "--seeds", first.seeds[0], "--allow-plugins")
+    found = scored(tmp_path, *words).query("metric != 'cpu_s' and method == @method")
+    own = first[first.metric != "cpu_s"]
+    assert list(found.metric) == list(own.metric)
+    numbers = ["version", "seeds", "mean", "low", "high", *found.filter(like="difference")]
+    assert np.allclose(found[numbers], own[numbers], rtol=1e-4, equal_nan=True)
 
 
 @pytest.mark.slow
