@@ -165,14 +165,14 @@ class Setup(Sensors):
 
     @fact
     def usbls(self) -> "tuple[Usbl, ...]":
-        """The USBL instrument of each ASV; with passive ranging all are those of AUVs."""
+        """The USBL instrument of each ASV (passive ranging: of AUVs); one where there is no ASV."""
         found: list[Usbl] = []
         for group in self.vessels:
             alone = self
             if group.usbl is not self.scenario.usbl:
                 alone = type(self)(self.scenario.model_copy(update={"usbl": group.usbl}))
             found += [alone.usbl] * len(group.members)
-        return tuple(found)
+        return tuple(found) or (self.usbl,)
 
     @fact
     def beliefs(self) -> "tuple[Beliefs, Growths]":

@@ -195,6 +195,11 @@ def live(
                 "environment.origin.lat_deg and lon_deg to the scenario, or --set "
                 "environment.origin.lat_deg=54.33 --set environment.origin.lon_deg=10.18"
             )
+        if output.format in ("nmea", "ugps") and not mission.asvs.count and not output.only:
+            talk(
+                f"{output.text}: asvs.count is 0, and {output.format} tells of ASVs alone: nothing "
+                "will be sent; for AUVs name them (nmea/AUV0:pty), or send json"
+            )
     from ..preflight.effort import effort
 
     setup = Setup.of(mission)

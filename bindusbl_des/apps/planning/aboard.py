@@ -26,7 +26,8 @@ KEY = "Stars: vessels; dashed: how far they hear AUVs; coloured: lanes of AUVs."
 
 def plain_words(team: DrawnTeam) -> str:
     """Return the plan's sentence on a team: how many vessels, what they reach, and the goal."""
-    vessels = counted(team.scenario.asvs.count, "vessel")
+    count = team.scenario.asvs.count
+    vessels = counted(count, "vessel") if count else "AUVs alone"
     return worded(team.told.replace(team.team, vessels), team.goals)
 
 
@@ -58,7 +59,8 @@ def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[st
         columns = [(name.format(reached), share) for name, share in DOUBTS]
         tables.append(Table(IF_NOT, columns, doubts))
     [(_, origin)] = where_texts(dict(zip(("lat_deg", "lon_deg"), middle, strict=False)))
-    foot = f"{KEY} x = y = 0 of the plan is {origin}. Not for navigation."
+    key = KEY if team.scenario.asvs.count else "Coloured: lanes of AUVs."
+    foot = f"{key} x = y = 0 of the plan is {origin}. Not for navigation."
     subtitle = "; ".join(map(goal_text, goals))
     sheet = Sheet(team.scenario.name, subtitle, paragraphs, tables, foot)
     with styled():

@@ -290,7 +290,7 @@ def uplink_guard(case: Case, pairs: Sequence[SignalPair]) -> Guard | None:
     margins = [
         pair.margin_s for pair in pairs if pair.kind in OF_SLOTS and pair.margin_s is not None
     ]
-    if not margins:
+    if not margins or not case.scenario.asvs.count:
         return None
     guard = case.slot_s - _busy_s(case)
     return Guard(guard, max(guard - min(margins), 0.0))
@@ -311,7 +311,7 @@ def downlink_guard(case: Case) -> Guard | None:
     What uplink slots between two broadcasts add is not taken for a guard, but makes less needed.
     """
     downlink, slots = case.setup.downlink, case.slots
-    if case.setup.ranging.asvs_ping or downlink.replies:
+    if case.setup.ranging.asvs_ping or downlink.replies or not case.scenario.asvs.count:
         return None
     guard = min(
         slots.clock.after(0.0, slots.downlink_slot(*size)) - slots.airtime(*size)

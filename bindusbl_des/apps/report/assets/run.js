@@ -72,7 +72,7 @@ function shading(map) {
 function legend(map, closeup) {
   const host = byId("marks"), { mission } = map, { fates, pings, receptions, outcomes } = mission;
   const became = (fate) => pings.fate.some((it) => fates[it] === fate), met = (outcome) => receptions.outcome.some((it) => outcomes[it] === outcome);
-  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.asvsPing && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls, land: mission.land, keepOut: mission.keepOut };
+  const there = { heard: met("heard"), lost: met("lost"), collided: met("collided"), cross: !mission.asvsPing && became("out_of_hf"), ring: mission.deliveredOrder.length, gap: mission.auvs.some(({ gaps }) => gaps.length), failed: mission.asvs.some(({ failures }) => failures.length), call: mission.calls, land: Boolean(mission.land?.length), keepOut: Boolean(mission.keepOut?.length), star: mission.asvs.length > 0 };
   const nobody = mission.discs.hf ? "no ASV in range" : "beyond what the channel lets through to any ASV";
   const add = (mark, words, ...before) => {
     const sample = make("canvas", { "aria-hidden": "true" });

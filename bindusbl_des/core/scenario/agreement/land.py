@@ -105,8 +105,9 @@ def _ways(site: Site) -> Iterator[Problem]:
         return  # reported elsewhere
     for wing in site.wings:
         for number, auv in enumerate(wing.members):
-            if (plan := plans[auv]) is None:
-                continue
+            ends = (place for place in site.auvs[auv][-2:] if place is not None)
+            if (plan := plans[auv]) is None or any(ashore(site, end) for end in ends):
+                continue  # of which the place is reported
             over, begins = closed.along(plan.path.line())
             if over > TOUCHES_M:
                 key = (
