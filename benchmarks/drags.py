@@ -11,9 +11,11 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from websockets.sync.client import connect
+from numpy.typing import NDArray
+from websockets.sync.client import ClientConnection, connect
 
 SCENARIO = """\
 name: drags
@@ -36,7 +38,7 @@ def main() -> None:
         )
 
 
-def drags(auvs: int, asvs: int) -> np.ndarray:
+def drags(auvs: int, asvs: int) -> NDArray[np.float64]:
     """Return what each of many questions of a drag takes (s)."""
     rng = np.random.default_rng(0)
     places = rng.uniform(-140.0, 140.0, (asvs, 2)).round(1).tolist()
@@ -50,7 +52,8 @@ def drags(auvs: int, asvs: int) -> np.ndarray:
         assert found is not None
         host = found[1].partition("/")[0]
         try:
-            with connect(f"ws://{found[1]}talk", origin=f"http://{host}", max_size=None) as socket:  # type: ignore[arg-type]
+            how: dict[str, Any] = {"origin": f"http://{host}", "max_size": None, "proxy": None}
+            with connect(f"ws://{found[1]}talk", **how) as socket:
                 while json.loads(socket.recv())["is"] != "forecast":
                     pass
                 took = [_asked(socket, number, places, rng) for number in range(ASKED)]
@@ -60,7 +63,9 @@ def drags(auvs: int, asvs: int) -> np.ndarray:
     return np.array(took)
 
 
-def _asked(socket, number, places, rng) -> float:  # type: ignore[no-untyped-def]
+def _asked(
+    socket: ClientConnection, number: int, places: list[Any], rng: np.random.Generator
+) -> float:
     """Return what one question takes (s)."""
     places[0] = rng.uniform(-140.0, 140.0, 2).tolist()
     began = time.perf_counter()

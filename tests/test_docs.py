@@ -45,7 +45,7 @@ MANUAL = (
     "planning.md", "protocols.md", "tutorial_island.md",
     "vehicles.md", "frames.md", "extending.md", "clusters.md", "validation.md", "citing.md",
 )  # fmt: skip
-PICTURES = (".png", ".svg")
+PICTURES = (".png", ".svg", ".webp")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))

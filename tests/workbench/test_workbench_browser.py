@@ -266,13 +266,13 @@ def test_nothing_breaks_at_random(opened: Open, survey: Path, acts: int) -> None
 
 
 @pytest.mark.slow
-def test_reloads_and_windows_cost_no_memory(opened: Open, server: Server) -> None:
+def test_reloads_and_windows_cost_no_memory(browser: Any, opened: Open, server: Server) -> None:
     """After 50 reloads, and as many windows, the server is as large as after some."""
     page, sizes = opened(), []
     for number in range(50):
         page.reload()
         page.wait_for_selector("#auvs tbody tr", state="attached")
-        other = page.context.new_page()
+        other = browser.new_page()
         other.goto(server.address)
         other.wait_for_selector("#auvs tbody tr", state="attached")
         other.close()
