@@ -95,7 +95,7 @@ export class Jobs {
   far({ kind, log, status, done, missions, left_s: left, failed }) {
     if (log) return status === "complete" ? "done" : status;
     const flown = kind === "simulate" ? `${done} of ${missions} flown` : `${done} missions flown`;
-    return `${status === "complete" ? "done" : status}, ${flown}${failed ? `, ${failed} failed` : ""}${status === "running" && Number.isFinite(left) ? `, ${seconds(left)} left` : ""}`;
+    return `${status === "complete" ? "done" : status}, ${flown}${failed ? `, ${failed} failed` : ""}${status === "running" && kind !== "plan" && Number.isFinite(left) ? `, ${seconds(left)} left` : ""}`;
   }
   // Best, median and worst seed, and a table of all; each is played on its page.
   seeds({ number, seeds_flown: flown, mean: average, half }) {
