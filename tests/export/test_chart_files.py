@@ -1,6 +1,7 @@
 """What is exported can be read again: charts as areas, tables and messages as tracks."""
 
 import json
+import shutil
 import zipfile
 from itertools import pairwise
 from pathlib import Path
@@ -415,3 +416,22 @@ def test_sheets_and_vehicle_plans_are_of_plans(run: Path, team: Path) -> None:
     assert outcome.exit_code == 2
     assert "holds mine.txt, which no export wrote, so it is not replaced" in outcome.output
     assert call("export", team, "--to", "qgc", "--force").exit_code == 0
+
+
+def test_a_long_doubt_stays_in_its_column(team: Path, tmp_path: Path) -> None:
+    """It goes on in the next line, and does not run into the numbers beside it."""
+    pypdf = pytest.importorskip("pypdf")
+    folder = tmp_path / "long"
+    shutil.copytree(team, folder)
+    record = json.loads((folder / "plan.json").read_text())
+    words = "drift wanders over " + " and ".join(f"{n}33 m, not {n}000" for n in range(1, 7))
+    record["sensitivity"][0]["told"] = words
+    (folder / "plan.json").write_text(json.dumps(record))
+    assert call("export", folder, "--to", "pdf", "--force").exit_code == 0
+    [page] = pypdf.PdfReader(folder / "plan.pdf").pages
+    lines = page.extract_text().splitlines()
+    first = next(n for n, line in enumerate(lines) if line.startswith("drift wanders over 133 m"))
+    assert "333" not in lines[first]
+    assert words not in "\n".join(lines)
+    told = " ".join(lines).replace("  ", " ")
+    assert all(f"{n}33" in told and f"{n}000" in told for n in range(1, 7))

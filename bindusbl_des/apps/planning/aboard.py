@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 from ...core.setup import Setup
@@ -40,7 +41,7 @@ def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[st
         OSError: when the file cannot be written.
     """
     from ..export.chart_files import planned_lanes
-    from ..figures.skippers import Sheet, Table, room_for, skippers_sheet
+    from ..figures.skippers import LETTERS, Sheet, Table, room_for, skippers_sheet
     from ..figures.style import save, styled
 
     setup = Setup.of(team.scenario)
@@ -50,8 +51,12 @@ def write_sheet(team: DrawnTeam, path: Path, *, replace: bool = True) -> dict[st
     paragraphs = [plain_words(team), *_fleet(setup)]
     places, doubts = _places(team, setup, lanes), _doubts(team.doubts, goals)
     room = room_for(paragraphs, 2)
-    doubts = _cut(doubts, max(room - len(places), room // 2), "in plan.html")
-    places = _cut(places, room - len(doubts), "in plan.json")
+
+    def width(columns: Sequence[tuple[str, float]]) -> int:
+        return int(LETTERS * columns[0][1]) - 2
+
+    doubts = _cut(doubts, max(room - len(places), room // 2), "in plan.html", width(DOUBTS))
+    places = _cut(places, room - len(doubts), "in plan.json", width(PLACES))
     begins = f"Where vessels {'begin' if team.ways else 'lie'} and AUVs begin (WGS-84)"
     tables = [Table(begins, PLACES, places)]
     if doubts:
@@ -115,9 +120,21 @@ def _doubts(cases: Sequence[Record], goals: Sequence[Record]) -> list[tuple[str,
     ]
 
 
-def _cut(rows: list[tuple[str, ...]], most: int, where: str) -> list[tuple[str, ...]]:
-    """Return at most `most` rows; the last says where to find the others."""
-    if len(rows) <= most:
-        return rows
-    kept = rows[: max(most - 1, 1)]
-    return [*kept, (f"and {len(rows) - len(kept)} more", where, *([""] * (len(rows[0]) - 2)))]
+def _cut(rows: list[tuple[str, ...]], most: int, where: str, width: int) -> list[tuple[str, ...]]:
+    """Return rows in at most `most` lines, their first cells wrapped to a width (letters); the last
+    line says where to find the others.
+    """
+    nothing = [""] * (len(rows[0]) - 1) if rows else []
+    each = [
+        [
+            (line, *(nothing if number else row[1:]))
+            for number, line in enumerate(wrap(row[0], width))
+        ]
+        for row in rows
+    ]
+    kept: list[tuple[str, ...]] = []
+    if sum(map(len, each)) <= most:
+        return [line for lines in each for line in lines]
+    while not kept or len(kept) + len(each[0]) < most:
+        kept += each.pop(0)
+    return [*kept, (f"and {len(each)} more", where, *nothing[1:])]
