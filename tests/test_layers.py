@@ -52,6 +52,7 @@ HOMES = {
     "pandas": "core.results apps.campaigns apps.benchmark",
     "foxglove": "support.mcap_log apps.export apps.live.ros2",
     "gsw": "core.sea.water",
+    "xarray": "models.ocean",
     "gtsam": "apps.recorded.replaying",
     "mcap": "models.charts.recordings",
     "mcap_protobuf": "models.charts.recordings",

@@ -6,13 +6,16 @@ import math
 from typing import TYPE_CHECKING
 
 from ..core.scenario.families import CurrentTraits
-from ..core.scenario.key_types import Point, Real, key
+from ..core.scenario.key_types import Point, Real, Text, key
 from ..core.scenario.part_choice import Settings
 from ..core.scenario.shipped_settings import Shear
 
 if TYPE_CHECKING:
     from ..core.scenario.site import Site
     from ..core.vehicles.currents import Field
+
+# How far from the origin a file is read: a share of the survey's reach, and metres
+BEYOND, AROUND_M = 1.2, 200.0
 
 
 @CurrentTraits(settings=Shear)
@@ -77,3 +80,40 @@ def vortex(site: Site, *, settings: Vortex) -> Field:
     from ..core.vehicles.currents import field
 
     return field(eddies=[(*settings.centre_m, settings.radius_m, settings.speed_m_per_s)])
+
+
+class NetCdf(Settings):
+    """Settings of the current `netcdf`."""
+
+    file: Text = key(
+        ..., "", "NetCDF of an ocean model (CMEMS, HYCOM, ROMS); relative to the scenario file"
+    )
+    start: Text | None = key(
+        None, "", "instant of the file at which the mission begins (2026-06-01T08:00:00Z); null = "
+        "its first",
+    )  # fmt: skip
+
+
+@CurrentTraits(settings=NetCdf, of_a_file=True)
+def netcdf(site: Site, *, settings: NetCdf) -> Field:
+    """Return the current of an ocean model around the survey."""
+    from .ocean import Asked, read_currents
+
+    where = "environment.current.file"
+    if site.ground is None:
+        raise ValueError(f"{where}: needs environment.origin.lat_deg and lon_deg; add them")
+    corners = *site.area.outline, *site.kept_stations_m
+    ends = [end for auv in site.auvs for end in auv[-2:] if end is not None]
+    reach = max(math.hypot(*place) for place in (*corners, *ends))
+    lasts = float(site.scenario.duration_s)
+    asked = Asked(
+        site.ground,
+        BEYOND * reach + AROUND_M,
+        site.deepest_m,
+        settings.start,
+        math.inf if math.isnan(lasts) else lasts,
+    )
+    try:
+        return read_currents(settings.file, asked)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None

@@ -33,6 +33,7 @@ FILES: Mapping[Way, str] = {
     ("survey", "land"): "charts",
     ("survey", "keep_out"): "charts",
     ("environment", "ctd"): "casts",
+    ("environment", "current", "file"): "currents",
     ("acoustics", "hf", "channel", "file"): "curves",
     ("acoustics", "mf", "channel", "file"): "curves",
     ("acoustics", "mf", "airtimes"): "airtimes",

@@ -36,6 +36,13 @@ def refusals(setup: Setup) -> Iterator[Problem]:
     """Yield why no mission of a scenario can begin."""
     yield from _tables(setup)
     yield from _ways(setup)
+    try:
+        _ = setup.flow
+    except ValueError as error:
+        key, _, message = str(error).partition(": ")
+        if key.startswith("environment."):
+            yield Problem(key, message)
+        return
     yield from _carried_away(setup, setup.scenario.environment.current_m_per_s, is_sure=True)
 
 

@@ -307,9 +307,12 @@ class NavigatorTraits(Traits):
 
 @dataclass(frozen=True)
 class CurrentTraits(Traits):
-    """Declarations of a current: whether it is the same everywhere (`is_uniform`)."""
+    """Declarations of a current: whether it is the same everywhere (`is_uniform`), or is read from
+    a file (`of_a_file`).
+    """
 
     is_uniform: bool = False
+    of_a_file: bool = False
 
 
 @dataclass(frozen=True)
@@ -490,6 +493,7 @@ CURRENT = Family(
         "shear": "models.currents:shear",
         "tide": "models.currents:tide",
         "vortex": "models.currents:vortex",
+        "netcdf": "models.currents:netcdf",
     },
     CurrentTraits(),
     is_open=False,

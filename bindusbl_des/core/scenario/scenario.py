@@ -204,7 +204,7 @@ def _ended(site: Site) -> list[Problem]:
         end = site.survey_end_s
     except ValueError as error:
         key, _, message = str(error).partition(": ")
-        if key.startswith("auvs."):  # a vehicle cannot fly its route
+        if key.startswith(("auvs.", "environment.")):  # as a route that cannot be flown
             return [Problem(key, message, ("auvs.vehicle",))]
         return [Problem("duration_s", str(error), ("auvs.speed_m_per_s", "survey"))]
     scenario.__dict__["duration_s"] = end

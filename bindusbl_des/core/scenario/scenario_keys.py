@@ -5,6 +5,7 @@ is plain data and knows nothing of files, clocks or random numbers: the same sce
 seed is the same mission.
 """
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
@@ -112,6 +113,14 @@ class Environment(Part):
     def has_field(self) -> bool:
         """Whether the current differs from place to place, or with time as a tide does."""
         return not CURRENT.declared(self.current).is_uniform
+
+    @field_validator("current", mode="before")
+    @classmethod
+    def _of_a_file(cls, current: Any) -> Any:
+        """Read `current: {file: ...}` as the part that reads files."""
+        if isinstance(current, Mapping) and "file" in current and "model" not in current:
+            return {"model": next(iter(CURRENT.having(lambda it: it.of_a_file))), **current}
+        return current
 
     @field_validator("origin", mode="before")
     @classmethod

@@ -237,9 +237,21 @@ def flow_on(field: Field, lasts: float, ways: Sequence[Way], auvs: int) -> Flow:
 
     The rate is the largest of D(T) / T over lags T, D being half the mean square of the change in
     T along both axes: of a Gauss-Markov process 2 sd^2 / time constant, as T goes to 0.
+
+    Raises:
+        ValueError: where a vehicle is to go and the field has no water.
     """
     times, wander = np.linspace(0.0, lasts, SAMPLES), 0.0
     met = np.stack([sampled(field, times, way(times)) for way in ways])
+    if len(dry := np.argwhere(np.isnan(met).any(axis=2))):
+        way, k = dry[0].tolist()
+        who = f"AUV{way}" if way < auvs else f"ASV{way - auvs}"
+        x, y, z = ways[way](times)[k].tolist()
+        raise ValueError(
+            f"environment.current.file: has no water where {who} is at {times[k]:.0f} s: x {x:.0f} "
+            f"m, y {y:.0f} m, depth {z:.1f} m; it is land there, below the bottom, or outside"
+        )
+    field = field._replace(values=np.nan_to_num(field.values))
     for lag in (2 ** np.arange(int(math.log2(SAMPLES)))).tolist():
         change = np.square(met[:auvs, lag:] - met[:auvs, :-lag]).sum(axis=2).mean() / 2.0
         wander = max(wander, float(change / times[lag]))
