@@ -153,15 +153,15 @@ def _near(lat: Floats, lon: Floats, asked: Asked) -> tuple[Floats, Floats]:
     return lat - asked.origin[0], (lon - asked.origin[1] + 180.0) % 360.0 - 180.0
 
 
-def _around(offsets: Floats, reach: float, file: str, what: str) -> np.ndarray:
-    """Return the indices of an axis (deg off the origin) that surround +-reach, in rising order."""
+def _around(offsets: Floats, extent_deg: float, file: str, what: str) -> np.ndarray:
+    """Return the indices of an axis (deg off the origin) around +-extent_deg, rising."""
     order = np.argsort(offsets, kind="stable")
     ranked = offsets[order]
-    low = int(np.searchsorted(ranked, -reach, side="right")) - 1
-    high = int(np.searchsorted(ranked, reach))
+    low = int(np.searchsorted(ranked, -extent_deg, side="right")) - 1
+    high = int(np.searchsorted(ranked, extent_deg))
     if low < 0 or high >= ranked.size:
         raise ValueError(
-            f"{file}: {what} ends within {reach * DEGREE_M / 1e3:.3g} km of the origin, so "
+            f"{file}: {what} ends within {extent_deg * DEGREE_M / 1e3:.3g} km of the origin, so "
             "that the survey is not all inside; take a larger part of the model"
         )
     return order[low : high + 1]
@@ -177,13 +177,13 @@ def _room(file: str, *sizes: int) -> None:
 
 
 def _degrees(asked: Asked) -> tuple[float, float]:
-    """Return the reach as degrees of latitude and longitude."""
+    """Return how far that is in degrees of latitude and longitude."""
     north = asked.reach_m / DEGREE_M
     return north, north / max(np.cos(np.radians(asked.origin[0])), 0.01)
 
 
 def _levels(depths: Floats, file: str, asked: Asked) -> int:
-    """Return how many levels (m, rising) reach down to the mission."""
+    """Return how many levels (m, rising) lead down to the mission."""
     if depths[-1] < asked.deepest_m:
         raise ValueError(
             f"{file}: ends at a depth of {depths[-1]:g} m, and AUVs go down to "
@@ -210,9 +210,9 @@ def _on_axes(data: Any, parts: tuple[Any, Any], when: slice, asked: Asked, file:
         raise ValueError(f"{file}: {parts[0].name} has no axes latitude and longitude, nor s_rho")
     lats, lons = (np.asarray(it.values, dtype=float) for it in (lat, lon))
     north, east = _near(lats, lons, asked)
-    reach = _degrees(asked)
-    rows = _around(north, reach[0], file, "latitude")
-    columns = _around(east, reach[1], file, "longitude")
+    extent_deg = _degrees(asked)
+    rows = _around(north, extent_deg[0], file, "latitude")
+    columns = _around(east, extent_deg[1], file, "longitude")
     level = _axis(data, parts[0], ("depth", "lev", "level"))
     window: dict[Any, Any] = {lat.name: rows, lon.name: columns}
     depths, count = np.zeros(1), 1
@@ -248,8 +248,8 @@ def _on_curves(data: Any, parts: tuple[Any, Any], when: slice, asked: Asked, fil
         raise ValueError(f"{file}: lacks {', '.join(lacks)}, which place a ROMS grid")
     lat, lon = (np.asarray(data[name].values, dtype=float) for name in ("lat_rho", "lon_rho"))
     north, east = _near(lat, lon, asked)
-    reach = _degrees(asked)
-    inside = (np.abs(north) <= reach[0]) & (np.abs(east) <= reach[1])
+    extent_deg = _degrees(asked)
+    inside = (np.abs(north) <= extent_deg[0]) & (np.abs(east) <= extent_deg[1])
     if not inside.any():
         steps = np.hypot(north, east * np.cos(np.radians(asked.origin[0])))
         inside.ravel()[steps.argmin()] = True
