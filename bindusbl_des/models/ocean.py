@@ -76,7 +76,7 @@ def read_currents(file: str, asked: Asked) -> Field:
 
 def _velocities(data: Any, file: str) -> tuple[Any, Any]:
     """Return the eastward and the northward velocity; along the axes of its grid for ROMS."""
-    by_standard = {str(it.attrs.get("standard_name")): it for it in data.data_vars.values()}
+    by_standard = {str(part.attrs.get("standard_name")): part for part in data.data_vars.values()}
     pairs = [tuple(by_standard[name] for name in STANDARD)] if all(
         name in by_standard for name in STANDARD
     ) else [(data[u], data[v]) for u, v in NAMED if u in data and v in data]  # fmt: skip
@@ -126,8 +126,8 @@ def _times(data: Any, part: Any, file: str, asked: Asked) -> tuple[slice, Floats
     is_steady = times.size == 1 and asked.start is None
     if not is_steady and (times[0] > 0.0 or times[-1] < lasts):
         first, last = (
-            datetime.fromtimestamp(since + float(it), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-            for it in (instants[0], instants[-1])
+            datetime.fromtimestamp(since + float(part), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+            for part in (instants[0], instants[-1])
         )
         raise ValueError(
             f"{file}: tells of {first} to {last}, not of all {asked.lasts_s:g} s from "
@@ -208,7 +208,7 @@ def _on_axes(data: Any, parts: tuple[Any, Any], when: slice, asked: Asked, file:
     lon = _axis(data, parts[0], ("longitude", "lon"))
     if lat is None or lon is None:
         raise ValueError(f"{file}: {parts[0].name} has no axes latitude and longitude, nor s_rho")
-    lats, lons = (np.asarray(it.values, dtype=float) for it in (lat, lon))
+    lats, lons = (np.asarray(part.values, dtype=float) for part in (lat, lon))
     north, east = _near(lats, lons, asked)
     extent_deg = _degrees(asked)
     rows = _around(north, extent_deg[0], file, "latitude")
@@ -226,7 +226,7 @@ def _on_axes(data: Any, parts: tuple[Any, Any], when: slice, asked: Asked, file:
     window[time.name] = when
     _room(file, when.stop - when.start, count, rows.size, columns.size)
     order = [time.name, *([] if level is None else [level.name]), lat.name, lon.name]
-    read = [_wet(it.isel(window).transpose(*order).values) for it in parts]
+    read = [_wet(part.isel(window).transpose(*order).values) for part in parts]
     shape = when.stop - when.start, count, rows.size, columns.size
     values = np.stack([read[1].reshape(shape), read[0].reshape(shape)], axis=-1)
     at, on = asked.origin[0], asked.origin[1]
@@ -243,7 +243,9 @@ def _on_curves(data: Any, parts: tuple[Any, Any], when: slice, asked: Asked, fil
     Source: https://www.myroms.org/wiki/Vertical_S-coordinate, its two transforms; velocities lie on
     the faces of cells, and `angle` turns their axes (Arakawa C grid).
     """
-    lacks = [it for it in ("lon_rho", "lat_rho", "h", "s_rho", "Cs_r", "hc") if it not in data]
+    lacks = [
+        part for part in ("lon_rho", "lat_rho", "h", "s_rho", "Cs_r", "hc") if part not in data
+    ]
     if lacks:
         raise ValueError(f"{file}: lacks {', '.join(lacks)}, which place a ROMS grid")
     lat, lon = (np.asarray(data[name].values, dtype=float) for name in ("lat_rho", "lon_rho"))

@@ -119,7 +119,7 @@ class Environment(Part):
     def _of_a_file(cls, current: Any) -> Any:
         """Read `current: {file: ...}` as the part that reads files."""
         if isinstance(current, Mapping) and "file" in current and "model" not in current:
-            return {"model": next(iter(CURRENT.having(lambda it: it.of_a_file))), **current}
+            return {"model": next(iter(CURRENT.having(lambda kind: kind.of_a_file))), **current}
         return current
 
     @field_validator("origin", mode="before")
