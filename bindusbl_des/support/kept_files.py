@@ -34,6 +34,8 @@ FILES: Mapping[Way, str] = {
     ("survey", "keep_out"): "charts",
     ("environment", "ctd"): "casts",
     ("environment", "current", "file"): "currents",
+    ("environment", "wind", "file"): "winds",
+    ("asvs", "vehicle", "polar"): "polars",
     ("acoustics", "hf", "channel", "file"): "curves",
     ("acoustics", "mf", "channel", "file"): "curves",
     ("acoustics", "mf", "airtimes"): "airtimes",
@@ -41,6 +43,9 @@ FILES: Mapping[Way, str] = {
     ("acoustics", "mf", "channel", "rays"): "sound",
 }
 FOLDERS = frozenset(FILES.values())
+
+# What may stand in the place of a file: polars that ship.
+POLARS = ("dinghy", "swarm")
 
 # The names of copies.
 KEPT = re.compile(rf"({'|'.join(sorted(FOLDERS))})/[\w.-]{{0,60}}-[0-9a-f]{{16}}(\.\w{{1,8}})?")
@@ -155,7 +160,7 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
     """Return data with `change` applied to the names of files at the path `below`."""
     if not below:
         items = data if isinstance(data, list | tuple) else [data]
-        usable = [isinstance(item, str) and "\0" not in item for item in items]
+        usable = [may_be_file(item) for item in items]
         names = [
             change(item, folder) if good else item for item, good in zip(items, usable, strict=True)
         ]
@@ -165,6 +170,11 @@ def _renamed(data: Any, change: Change, below: Way, folder: str) -> Any:
     if isinstance(data, Mapping) and below[0] in data and not is_own(data):
         return {**data, below[0]: _renamed(data[below[0]], change, below[1:], folder)}
     return data
+
+
+def may_be_file(given: Any) -> bool:
+    """Return whether what stands in the place of a file names one."""
+    return isinstance(given, str) and "\0" not in given and given not in POLARS
 
 
 def is_own(part: Mapping[str, Any]) -> bool:

@@ -75,6 +75,7 @@ class Purpose(IntEnum):
     PEER = 70
     PEER_ARRAY = 71
     MODEM = 72
+    WIND = 80
 
 
 class Streams:

@@ -177,7 +177,7 @@ def _driven(setup: Setup, vehicle: VehicleChoice, speed: float, sigmas: float) -
     """
     if not vehicle.is_steered:
         return speed
-    if vehicle.has_dynamics:
+    if vehicle.has_dynamics or vehicle.sails:
         speed = max(speed, vehicle.top_speed)
     water = setup.scenario.environment
     current = water.current_m_per_s + (sigmas + math.sqrt(2)) * water.current_variation_m_per_s

@@ -240,7 +240,9 @@ def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
             Alike(
                 auvs[0].group.vehicle.model,
                 slice(auvs[0].number, auvs[-1].number + 1),
-                [] if auvs[0].group.vehicle.has_dynamics else _unguided(setup, auvs),
+                None
+                if auvs[0].group.vehicle.has_dynamics
+                else _segmented(_unguided(setup, auvs)),
                 partial(guided_auvs, setup, auvs, water, wrong),
             )
             for auvs in _alike(setup)
@@ -250,11 +252,11 @@ def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
 
 
 class Alike(NamedTuple):
-    """Vehicles of one hull, by their numbers: `unguided`, or else made by `guide`."""
+    """Vehicles of one hull, by their numbers: `foreseen`, or else made by `guide`."""
 
     model: str
     numbers: slice
-    unguided: Sequence[Any]
+    foreseen: VehicleFleet | None
     guide: "Callable[[Shared | None], GuidedFleet]"
 
 
@@ -265,6 +267,8 @@ def _mixed(kinds: Sequence[Alike], lasts: float) -> VehicleFleet:
     from ..vehicles.guidance.guided_fleet import Shared, lines_of
     from ..vehicles.hulls.fleet import find
 
+    if len(kinds) == 1 and kinds[0].foreseen is not None:
+        return kinds[0].foreseen
     if len(kinds) == 1:
         guided = kinds[0].guide(None)
         members = [guided.vehicle(number) for number in range(kinds[0].numbers.stop)]
@@ -273,8 +277,12 @@ def _mixed(kinds: Sequence[Alike], lasts: float) -> VehicleFleet:
     steps: list[float] = []
     for model, whose, own, _ in kinds:
         count = whose.stop - whose.start
-        sizes += [len(vehicle.legs) for vehicle in own] or [lines_of(model, lasts)] * count
-        steps += [0.0 if own else find(model).step_s] * count
+        if own is not None:
+            sizes += np.diff(own.motion.first).tolist()
+            steps += own.motion.steps.tolist()
+        else:
+            sizes += [lines_of(model, lasts)] * count
+            steps += [find(model).step_s] * count
     first = np.concatenate(([0], np.cumsum(sizes)))
     table = np.zeros((first[-1], LEG_COLUMNS))
     corrections, learnt = np.zeros((len(steps), 2)), np.zeros(len(steps), dtype=LEARNT)
@@ -282,9 +290,9 @@ def _mixed(kinds: Sequence[Alike], lasts: float) -> VehicleFleet:
     fleets: list[GuidedFleet] = []
     for _, whose, own, guide in kinds:
         rows = table[first[whose.start] : first[whose.stop]]
-        if own:
-            rows[:] = np.concatenate([vehicle.legs for vehicle in own])
-            vehicles += own
+        if own is not None:
+            rows[:, : own.motion.table.shape[1]] = own.motion.table
+            vehicles += own.vehicles
             continue
         fleets.append(guide(Shared(rows, corrections[whose], learnt[whose])))
         vehicles += [fleets[-1].vehicle(number) for number in range(whose.stop - whose.start)]
@@ -308,21 +316,77 @@ def _under_way(
 
 def launch_asvs(setup: Setup, streams: Streams, water: MissionCurrent) -> VehicleFleet:
     """Return the ASVs of a setup at their stations or on their tracks, in index order."""
-    steered = any(vessels.vehicle.has_dynamics for vessels in setup.vessels)
-    if setup.asv_tracks is not None or not steered or not setup.stations_m:
+    hulls = [vessels.vehicle for vessels in setup.vessels]
+    moves = any(hull.has_dynamics or hull.sails for hull in hulls)
+    if setup.asv_tracks is not None or not moves or not setup.stations_m:
         return _once(setup, "asvs", _unguided_asvs)
+
+    def foreseen(vessels: Vessels) -> VehicleFleet | None:
+        if vessels.vehicle.sails:
+            return sailing_asvs(setup, vessels, streams, water)
+        return None if vessels.vehicle.has_dynamics else _unguided_asvs(setup, vessels)
+
     return _mixed(
         [
             Alike(
                 vessels.vehicle.model,
                 slice(vessels.members.start, vessels.members.stop),
-                [] if vessels.vehicle.has_dynamics else _unguided_asvs(setup, vessels).vehicles,
+                foreseen(vessels),
                 partial(guided_asvs, setup, vessels, streams, water),
             )
             for vessels in setup.vessels
         ],
         setup.control_intervals * CONTROL_S,
     )
+
+
+def sailing_asvs(
+    setup: Setup, vessels: Vessels, streams: Streams, water: MissionCurrent
+) -> VehicleFleet:
+    """Return ASVs that sail, which keep station by the wind of this mission.
+
+    They begin at rest at their stations, with the wind abeam.
+    """
+    from ..vehicles.sailing import KEEPING, WITHIN_5_PERCENT, Rig, best_to_windward, sailed
+    from ..vehicles.wind import polar_of
+
+    sails, air = vessels.vehicle.sailing, winds_of(setup, streams)
+    polar = polar_of(sails.polar, sails.no_go_deg)
+    rig = Rig(
+        polar.winds,
+        polar.speeds,
+        best_to_windward(polar.winds, polar.speeds, sails.most_m_per_s),
+        math.radians(sails.leeway_deg),
+        math.radians(sails.turn_deg_per_s),
+        sails.most_m_per_s,
+        sails.tack_keeps,
+        sails.gybe_keeps,
+        sails.recover_s / WITHIN_5_PERCENT,
+        KEEPING[sails.keeping],
+        sails.within_m,
+    )
+    stations = np.array([setup.stations_m[asv] for asv in vessels.members])
+    across = math.atan2(-air[0, 1], -air[0, 0]) + math.pi / 2.0
+    starts = np.column_stack((stations, np.full((len(stations), 2), (across, 0.0))))
+    motion = sailed(rig, stations, starts, air, water.series, CONTROL_S, setup.flow.field)
+    return VehicleFleet([Vehicle(motion, asv) for asv in range(len(stations))], motion)
+
+
+def winds_of(setup: Setup, streams: Streams) -> Floats:
+    """Return the wind of a mission (m/s) in each control interval, (n, 2), along x and y, towards
+    where it blows.
+    """
+    from ..vehicles.wind import mean_wind, read_wind
+
+    asked, count = setup.scenario.environment.wind, setup.control_intervals
+    samples = None if asked.file is None else read_wind(asked.file)
+    times = CONTROL_S * np.arange(count, dtype=np.float64)
+    speed, origin = mean_wind(asked.speed_m_per_s, asked.from_deg, samples, times)
+    noise = streams.of(Purpose.WIND).standard_normal((count, 2))
+    varied = gauss_markov(1.0, asked.gust_time_s, CONTROL_S, noise)
+    speed = np.maximum(speed + asked.gust_sd_m_per_s * varied[:, 0], 0.0)
+    origin = origin + math.radians(asked.veer_sd_deg) * varied[:, 1]
+    return np.column_stack((-speed * np.cos(origin), -speed * np.sin(origin)))
 
 
 def _unguided_asvs(setup: Setup, only: Vessels | None = None) -> VehicleFleet:

@@ -37,7 +37,7 @@ from typing import Any, Literal, Protocol, TypeVar
 from ...support.plugins import Family
 from .key_types import Real, key
 from .part_choice import Settings
-from .shipped_settings import Datasheet, FixedGain, Kalman, Kinematic, Smoothing
+from .shipped_settings import Datasheet, FixedGain, Kalman, Kinematic, Sailboat, Smoothing
 
 Made = TypeVar("Made")
 
@@ -332,9 +332,12 @@ PEERS: Mapping[str, PeerTraits] = {
 
 @dataclass(frozen=True)
 class HullTraits(Traits):
-    """Whether a vehicle moves by equations of motion (`has_dynamics`); else exactly as planned."""
+    """Whether a vehicle moves by equations of motion (`has_dynamics`), or by the wind (`sails`);
+    else exactly as planned.
+    """
 
     has_dynamics: bool = True
+    sails: bool = False
 
 
 SCHEDULE = Family(
@@ -484,6 +487,7 @@ ASV: Family[HullTraits] = Family(
         "moored": HullTraits(has_dynamics=False),
         "otter": HullTraits(),
         "cybership2": HullTraits(),
+        "sailboat": HullTraits(settings=Sailboat, has_dynamics=False, sails=True),
     },
 )
 CURRENT = Family(

@@ -53,8 +53,30 @@ class Origin(Part):
         return self.lat_deg, self.lon_deg
 
 
+class Wind(Part):
+    """The wind over the survey, at the height of the sails; it moves vessels that sail."""
+
+    speed_m_per_s: Real = key(0.0, "m/s", "mean speed of the wind", ge=0, le=60)
+    from_deg: Real = key(
+        0.0, "deg", "direction it blows from on average, from +x to +y", ge=-360, le=360
+    )
+    gust_sd_m_per_s: Real = key(
+        0.0, "m/s", "standard deviation of its speed (Gauss-Markov)", ge=0, le=30
+    )
+    veer_sd_deg: Real = key(
+        0.0, "deg", "standard deviation of its direction (Gauss-Markov)", ge=0, le=90
+    )
+    gust_time_s: Real = key(30.0, "s", "time constant of gusts and veering", ge=1, le=1e6)
+    file: Text | None = key(
+        None,
+        "",
+        "CSV of the mean wind, linear between samples: time_s, speed_m_per_s, from_deg; null = "
+        "that is constant",
+    )
+
+
 class Environment(Part):
-    """The water: speed of sound, current, surface height, and position on Earth."""
+    """The water: speed of sound, current, surface height, position on Earth; and the wind."""
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
     temperature_c: Real | None = key(
@@ -99,6 +121,7 @@ class Environment(Part):
         "",
         "what is added to that current and differs from place to place or with time" + SET,
     )
+    wind: Wind = Field(default=Wind(), description="the wind, which moves vessels that sail")
     surface_m: Real = key(
         0.0,
         "m",

@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 from pydantic import model_validator
 
 from ...support.spreads import Statistic
-from .key_types import PAPER, Real, key
+from .key_types import PAPER, Real, Text, key
 from .part_choice import Settings
 
 # Errors that a filter may leave out of its model
@@ -78,6 +78,52 @@ class Kinematic(Settings):
     """The settings of the vehicle `kinematic`."""
 
     turning_radius_m: Real = key(5.0, "m", "smallest turning radius", ge=0.001, le=1e4)
+
+
+class Sailboat(Settings):
+    """The settings of the vessel `sailboat`."""
+
+    polar: Text = key(
+        "dinghy",
+        "",
+        "speed by the angle off the wind: dinghy, swarm, or a CSV with angle_deg, wind_m_per_s and "
+        "speed_m_per_s",
+        "assumed: sailing-robot (dinghy), SailSwarmSwIM (swarm)",
+    )
+    most_m_per_s: Real = key(
+        1.5, "m/s", "speed that the hull does not exceed", "assumed: MaxiMOOP", gt=0, le=20
+    )
+    no_go_deg: Real = key(
+        40.0,
+        "deg",
+        "angle off the wind within which sails do not draw",
+        "assumed",
+        ge=10,
+        le=80,
+    )
+    leeway_deg: Real = key(
+        5.0, "deg", "leeway close-hauled; before the wind there is none", "assumed", ge=0, le=45
+    )
+    turn_deg_per_s: Real = key(
+        30.0, "deg/s", "rate of turn at the hull's speed; in proportion below it, a quarter at "
+        "least", "assumed", gt=0, le=180,
+    )  # fmt: skip
+    tack_keeps: Real = key(
+        0.2, "1", "share of the speed that a tack leaves", "sailing-robot", ge=0, le=1
+    )
+    gybe_keeps: Real = key(0.6, "1", "share of the speed that a gybe leaves", "assumed", ge=0, le=1)
+    recover_s: Real = key(
+        3.0, "s", "time in which the speed comes back to within 5 %", "sailing-robot", gt=0, le=600
+    )
+    keeping: Literal["figure_of_eight", "beat", "hove_to"] = key(
+        "figure_of_eight",
+        "",
+        "how it keeps station: to and fro across the wind, up and down it, or waiting hove-to "
+        "until it has drifted off",
+    )
+    within_m: Real = key(
+        10.0, "m", "radius about the station that it is to stay in", "assumed", ge=1, le=1e4
+    )
 
 
 # Keys that belong to one of a data sheet's two statements: accuracy of a position, or angles

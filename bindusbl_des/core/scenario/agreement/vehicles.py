@@ -144,6 +144,24 @@ def _ruled(site: Site, wing: Wing, route: Lawnmower) -> Iterator[Problem]:
             )
 
 
+def _wind(site: Site) -> Iterator[Problem]:
+    """Yield vessels that sail without a wind, and a wind that is given twice."""
+    wind = site.scenario.environment.wind
+    sails = [vessels for vessels in site.vessels if vessels.vehicle.sails]
+    if wind.file is not None and wind.model_fields_set & {"speed_m_per_s", "from_deg"}:
+        yield Problem(
+            "environment.wind.file",
+            "excludes speed_m_per_s and from_deg, which its samples have; keep one of them",
+            ("environment.wind.speed_m_per_s", "environment.wind.from_deg"),
+        )
+    if sails and wind.file is None and wind.speed_m_per_s == 0.0:
+        yield Problem(
+            sails[0].key("asvs.vehicle"),
+            f"{sails[0].vehicle} has no wind; set environment.wind.speed_m_per_s (or file), or use moored",
+            ("environment.wind.speed_m_per_s", "environment.wind.file"),
+        )
+
+
 def vehicles_problems(site: Site) -> Iterator[Problem]:
     """Yield vehicles that cannot fly their route or steer by estimates, and idle currents."""
     water, hulls = site.scenario.environment, list[str]()
@@ -172,6 +190,7 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
                 f"turns what its array sees; say it of all AUVs, in navigation.{name}",
                 ("protocol.ranging",),
             )
+    yield from _wind(site)
     flows = max(water.current_m_per_s, water.current_variation_m_per_s) > 0 or water.has_field
     feels = any(group.vehicle.is_steered for group in site.groups) or not site.keeps_still
     if flows and not feels and site.scenario.navigation.velocity == "over_ground":

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from pydantic import ValidationError
 
 from ....models.presets.modems import airtime_table
-from ....support.kept_files import EACH, FILES, Way, is_own
+from ....support.kept_files import EACH, FILES, Way, is_own, may_be_file
 from ....support.mistakes import FilePlace, Mistake, Problem, ScenarioError
 from ....support.plain_data import Path, dotted, path_of, value_at
 from ....support.plain_yaml import Document, read_text, read_yaml
@@ -259,7 +259,7 @@ def place_files(data: Any, folder: FilePath) -> Iterator[tuple[Path, str]]:
             listed = isinstance(given, list)
             names = given if listed else [given]
             for number, name in enumerate(names):
-                if isinstance(name, str) and "\0" not in name:
+                if may_be_file(name):
                     names[number] = str((folder / name).resolve())
                     problem = _problem(names[number], way, section)
                     if problem:
@@ -311,6 +311,18 @@ def _check_cast(file: str) -> None:
     read_cast(file)
 
 
+def _check_wind(file: str) -> None:
+    from ...vehicles.wind import read_wind
+
+    read_wind(file)
+
+
+def _check_polar(file: str) -> None:
+    from ...vehicles.wind import read_polar
+
+    read_polar(file)
+
+
 # The check of a file's content, by the way to its name; it raises a ValueError with the reason.
 # Files not listed here are read when the scenario is validated.
 READERS: Mapping[Way, Callable[[str], object]] = {
@@ -318,6 +330,8 @@ READERS: Mapping[Way, Callable[[str], object]] = {
     ("auvs", "groups", EACH, "route", "files"): _check_track,
     ("asvs", "formation", "files"): _check_track,
     ("environment", "ctd"): _check_cast,
+    ("environment", "wind", "file"): _check_wind,
+    ("asvs", "vehicle", "polar"): _check_polar,
     ("acoustics", "hf", "channel", "file"): read_measured,
     ("acoustics", "mf", "channel", "file"): read_measured,
     ("acoustics", "mf", "airtimes"): airtime_table,

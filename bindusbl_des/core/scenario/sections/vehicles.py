@@ -14,6 +14,7 @@ from ....support.wording import described, did_you_mean
 from ..families import ASV, AUV, HullTraits
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, Whole, key
 from ..part_choice import PartChoice
+from ..shipped_settings import Sailboat
 from .navigation import Drift, Navigation
 from .placements import Formation, Placement
 from .routes import Lawnmower, Route
@@ -52,7 +53,7 @@ class VehicleChoice:
     @property
     def is_steered(self) -> bool:
         """Whether the vehicle only roughly follows its plan: by dynamics, or as user-defined."""
-        return self.has_dynamics or self.own is not None
+        return self.has_dynamics or self.sails or self.own is not None
 
     @property
     def has_dynamics(self) -> bool:
@@ -60,8 +61,20 @@ class VehicleChoice:
         return self.own is None and self.MODELS[self.model].has_dynamics
 
     @property
+    def sails(self) -> bool:
+        """Whether the wind drives the vehicle."""
+        return self.own is None and self.MODELS[self.model].sails
+
+    @property
+    def sailing(self) -> Sailboat:
+        """The settings of a vehicle that sails."""
+        return self.choice.settings_as(Sailboat, Sailboat)
+
+    @property
     def top_speed(self) -> float:
-        """The speed (m/s) straight ahead through still water at full command."""
+        """The speed (m/s) straight ahead through still water at full command, or by sail."""
+        if self.sails:
+            return self.sailing.most_m_per_s
         from ...vehicles.guidance.departure import top_speed
 
         return top_speed(self.model, dict(self.coefficients))
