@@ -136,7 +136,12 @@ def test_no_files_go_in_circles() -> None:
 NUMBERED = {
     "core.vehicles.motion",
     *("core.records.events", "core.protocol.access.seatrac", "core.results.tables"),
-    *("core.vehicles.guidance.flight", "core.vehicles.hulls.forces", "apps.report.recording"),
+    *(
+        "core.vehicles.guidance.flight",
+        "core.vehicles.hulls.forces",
+        "core.vehicles.sailing",
+        "apps.report.recording",
+    ),
 }
 
 

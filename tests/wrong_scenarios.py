@@ -43,7 +43,7 @@ WRONG = {
         "speed: 5\n",
         [
             "2:1: speed: unknown key; did you mean 'auvs.speed_m_per_s' or "
-            "'asvs.formation.speed_m_per_s'?"
+            "'asvs.formation.speed_m_per_s' or 'environment.wind.speed_m_per_s'?"
         ],
     ),
     "nonsense key": (

@@ -1,6 +1,6 @@
 """Draw how vessels keep station by the wind, and print for how long they are near it.
 
-`python docs/figures/wind.py` writes wind.png beside this file and prints the table of docs/vehicles.md:
+`python docs/figures/wind.py` writes wind.png beside this file and prints the table of vehicles.md:
 shares of 20 minutes within 5, 10 and 20 m of the station, eight seeds each.
 """
 
@@ -22,17 +22,19 @@ def kept(keeping: str, wind: float, current: float, seeds: int) -> Iterator[np.n
     """Yield the way of one vessel (n, 2), m, from its station, of each seed; the wind blows from
     North (+x), the current flows to South.
     """
-    scenario = Scenario.model_validate({
-        "name": "wind",
-        "duration_s": LASTS_S,
-        "auvs": {"count": 1},
-        "asvs": {"count": 1, "vehicle": {"model": "sailboat", "keeping": keeping}},
-        "environment": {
-            "current_m_per_s": current,
-            "current_direction_deg": 180,
-            "wind": {"speed_m_per_s": wind, "gust_sd_m_per_s": wind / 6, "veer_sd_deg": 8},
-        },
-    })
+    scenario = Scenario.model_validate(
+        {
+            "name": "wind",
+            "duration_s": LASTS_S,
+            "auvs": {"count": 1},
+            "asvs": {"count": 1, "vehicle": {"model": "sailboat", "keeping": keeping}},
+            "environment": {
+                "current_m_per_s": current,
+                "current_direction_deg": 180,
+                "wind": {"speed_m_per_s": wind, "gust_sd_m_per_s": wind / 6, "veer_sd_deg": 8},
+            },
+        }
+    )
     for seed in range(seeds):
         result = simulate(scenario, seed)
         tracks = result.tables["tracks"]

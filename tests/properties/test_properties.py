@@ -191,6 +191,7 @@ def test_all_holds_of_five_thousand_drawn_missions(part: int, tmp_path: Path) ->
 
 
 # Keys that are not drawn, or seldom, and why.
+SAILS = "vessels that sail have a wind: vehicles/test_sailing.py"
 OFFICES = "which of many a file of a chart or of routes means: charts/test_offices.py"
 DEGREES = "the same places on Earth: scenario/test_places.py reads them as metres"
 NOT_DRAWN = {
@@ -200,6 +201,12 @@ NOT_DRAWN = {
     "auvs.route.crs": OFFICES,
     "auvs.route.routes": OFFICES,
     "survey.area_name": OFFICES,
+    "environment.wind.speed_m_per_s": SAILS,
+    "environment.wind.from_deg": SAILS,
+    "environment.wind.gust_sd_m_per_s": SAILS,
+    "environment.wind.veer_sd_deg": SAILS,
+    "environment.wind.gust_time_s": SAILS,
+    "environment.wind.file": SAILS,
     "survey.crs": OFFICES,
     "modems.lines": "files of what hosts said: live/test_wires.py",
     "auvs.route.positions_deg": DEGREES,

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from voyages import way
 
-from bindusbl_des.core.vehicles.guidance.tracks import PROGRESS, distance_from, locate, pack
+from bindusbl_des.core.vehicles.guidance import tracks
 from bindusbl_des.support.compiled import compiled
 
 Floats = NDArray[np.float64]
@@ -21,13 +21,13 @@ STEP = 0.01  # m between the samples of a path that places are held against
 def distances(rows: Any, bounds: Any, row: int, places: Floats, found: Floats) -> None:
     """Write how far (m) places (n, 2) are from the path about one of its rows."""
     for k in range(len(places)):
-        found[k] = distance_from(rows, bounds[0], row, places[k, 0], places[k, 1])
+        found[k] = tracks.distance_from(rows, bounds[0], row, places[k, 0], places[k, 1])
 
 
 @compiled
 def placed(rows: Any, bounds: Any, progress: Any, north: float, east: float) -> tuple[float, float]:
     """Return the cross-track error (m) at a place, and its path's heading (rad)."""
-    point = locate(rows, bounds[0], progress[0], north, east)
+    point = tracks.locate(rows, bounds[0], progress[0], north, east)
     return point.cross, point.yaw
 
 
@@ -35,13 +35,13 @@ def placed(rows: Any, bounds: Any, progress: Any, north: float, east: float) -> 
 def test_past_a_path_that_ends_in_an_arc_it_is_taken_as_straight(side: float) -> None:
     """A right angle of radius 8 m, turned by 0.4 rad; past its end, so far on and so far aside."""
     x, y, turned, bend, on, aside = 3.0, -7.0, 0.4, side / 8.0, 2.0, 1.5
-    tracks = pack([way((bend, 4.0 * pi), begin=(x, y, turned))])
+    packed = tracks.pack([way((bend, 4.0 * pi), begin=(x, y, turned))])
     yaw = turned + side * pi / 2
     ahead, across = 8.0, side * 8.0  # the end of the arc, in the frame of its beginning
     north = x + ahead * cos(turned) - across * sin(turned)
     east = y + ahead * sin(turned) + across * cos(turned)
     north, east = north + on * cos(yaw) - aside * sin(yaw), east + on * sin(yaw) + aside * cos(yaw)
-    found = placed(tracks.rows, tracks.bounds, np.zeros(1, PROGRESS), north, east)
+    found = placed(packed.rows, packed.bounds, np.zeros(1, tracks.PROGRESS), north, east)
     assert found == pytest.approx((aside, yaw), abs=1e-9)
 
 
@@ -55,7 +55,7 @@ WAYS = [
 @pytest.mark.parametrize("parts", WAYS)
 def test_no_row_that_is_nearest_is_left_out(parts: list[tuple[float, float]]) -> None:
     path = way(*parts, begin=(3.0, -7.0, 0.4))
-    tracks, random = pack([path]), np.random.default_rng(4)
+    packed, random = tracks.pack([path]), np.random.default_rng(4)
     joints = np.concatenate(([0.0], np.cumsum([length for _, length in parts])))
     lines = [
         path.sample(np.linspace(begin, end, int((end - begin) / STEP) + 2))[:, :2]
@@ -67,7 +67,7 @@ def test_no_row_that_is_nearest_is_left_out(parts: list[tuple[float, float]]) ->
         near = np.concatenate((random.choice(about, 100), random.choice(ends, 100)))
         places = near + 10.0 ** random.uniform(-1.0, 1.5, (200, 1)) * random.normal(size=(200, 2))
         found = np.zeros(len(places))
-        distances(tracks.rows, tracks.bounds, row, places, found)
+        distances(packed.rows, packed.bounds, row, places, found)
         away = places[:, np.newaxis] - about
         sampled = np.hypot(away[..., 0], away[..., 1]).min(axis=1)
         assert (found <= sampled + 1e-9).all()
@@ -78,10 +78,10 @@ def found_from(path: Any, start: float, place: tuple[float, float]) -> tuple[flo
     """Return cross-track error (m), heading, its cosine and sine, curvature, and what is left (m),
     as a vehicle finds them that has come so far (m) along a path.
     """
-    tracks, progress = pack([path]), np.zeros(1, PROGRESS)[0]
+    packed, progress = tracks.pack([path]), np.zeros(1, tracks.PROGRESS)[0]
     for along in np.arange(0.0, start, 0.5):
-        locate(tracks.rows, tracks.bounds[0], progress, *path.at(along)[:2])
-    return tuple(locate(tracks.rows, tracks.bounds[0], progress, *place))
+        tracks.locate(packed.rows, packed.bounds[0], progress, *path.at(along)[:2])
+    return tuple(tracks.locate(packed.rows, packed.bounds[0], progress, *place))
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.05, -0.05])

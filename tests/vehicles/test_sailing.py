@@ -8,69 +8,61 @@ import pytest
 import yaml
 
 from bindusbl_des import Scenario, ScenarioError, load_scenario, simulate
-from bindusbl_des.core.vehicles.sailing import (
-    KEEPING,
-    Rig,
-    best_to_windward,
-    polar_speed,
-    sailed,
-)
-from bindusbl_des.core.vehicles.vehicle import Vehicle
-from bindusbl_des.core.vehicles.wind import DEGREES, DINGHY, mean_wind, polar_of, read_wind
+from bindusbl_des.core.vehicles import motion, sailing, wind
 
 STEP = 0.1
 
 
-def rig(name: str = "dinghy", keeping: str = "figure_of_eight", **changes: float) -> Rig:
+def rig(name: str = "dinghy", keeping: str = "figure_of_eight", **changes: float) -> sailing.Rig:
     """Return a rig without leeway, unless it is among the changes."""
-    polar = polar_of(name, 40.0)
-    best = best_to_windward(polar.winds, polar.speeds, 1.5)
+    polar = wind.polar_of(name, 40.0)
+    best = sailing.best_to_windward(polar.winds, polar.speeds, 1.5)
     plain = {
         "leeway": 0.0, "turn": 0.5, "most": 1.5, "tack_keeps": 0.2, "gybe_keeps": 0.6,
-        "recovers": 1.0, "keeping": KEEPING[keeping], "within": 10.0,
+        "recovers": 1.0, "keeping": sailing.KEEPING[keeping], "within": 10.0,
     }  # fmt: skip
-    return Rig(polar.winds, polar.speeds, best, **(plain | changes))
+    return sailing.Rig(polar.winds, polar.speeds, best, **(plain | changes))
 
 
 def flown(
-    craft: Rig,
+    craft: sailing.Rig,
     station: tuple[float, float],
     lasts: float,
-    wind: tuple[float, float] = (-5.0, 0.0),
+    air: tuple[float, float] = (-5.0, 0.0),
     current: tuple[float, float] = (0.0, 0.0),
     start: tuple[float, float, float, float] = (0.0, 0.0, math.pi / 2, 0.0),
 ) -> np.ndarray:
     """Return x, y, z, yaw of one vessel every 0.1 s; the wind blows from North unless given."""
     count = round(lasts / STEP)
-    fields = [np.tile(value, (count, 1)) for value in (wind, current)]
-    motion = sailed(craft, np.array([station]), np.array([start]), *fields, STEP)
-    return Vehicle(motion, 0).sample(np.arange(count + 1) * STEP)
+    fields = [np.tile(value, (count, 1)) for value in (air, current)]
+    moved = sailing.sailed(craft, np.array([station]), np.array([start]), *fields, STEP)
+    return motion.lines(*moved, 0, np.arange(count + 1) * STEP)[:, :4]
 
 
 def test_a_dinghy_makes_the_apparent_wind_that_drives_it() -> None:
     """At each angle off the true wind the speed is 0.4 of the apparent wind by its factor."""
-    polar = polar_of("dinghy", 10.0)
+    polar = wind.polar_of("dinghy", 10.0)
     for off in (60, 90, 120, 150, 180):
-        wind = np.array((-4.0, 0.0))
+        blows = np.array((-4.0, 0.0))
         bow = np.array((math.cos(math.radians(off)), math.sin(math.radians(off))))
-        speed = polar_speed(polar.winds, polar.speeds, 9.0, 4.0, math.radians(off))
-        apparent = wind - speed * bow
+        speed = sailing.polar_speed(polar.winds, polar.speeds, 9.0, 4.0, math.radians(off))
+        apparent = blows - speed * bow
         angle = math.degrees(math.acos(-apparent @ bow / np.linalg.norm(apparent)))
-        factor = np.interp(angle, *DINGHY)
+        factor = np.interp(angle, *wind.DINGHY)
         assert speed == pytest.approx(0.4 * factor * np.linalg.norm(apparent), rel=1e-3), off
 
 
 @pytest.mark.parametrize("name", ["dinghy", "swarm"])
 def test_it_beats_to_windward_as_fast_as_the_polar_allows(name: str) -> None:
     """300 m to windward at the best VMG of the polar, to 1 %, whatever wind there is."""
-    for wind in (3.0, 6.0):
+    for strength in (3.0, 6.0):
         craft = rig(name, within=5.0, tack_keeps=1.0, recovers=0.01, turn=100.0)
-        off = np.radians(DEGREES)
+        off = np.radians(wind.DEGREES)
         best = max(
-            polar_speed(craft.winds, craft.speeds, 1.5, wind, angle) * math.cos(angle)
+            sailing.polar_speed(craft.winds, craft.speeds, 1.5, strength, angle) * math.cos(angle)
             for angle in off
         )
-        ways = flown(craft, (300.0, 0.0), 1.05 * 300.0 / best, (-wind, 0.0))
+        ways = flown(craft, (300.0, 0.0), 1.05 * 300.0 / best, (-strength, 0.0))
         arrives = np.flatnonzero(ways[:, 0] > 290.0)[0] * STEP
         assert arrives == pytest.approx(290.0 / best, rel=0.01)
 
@@ -99,7 +91,7 @@ def test_no_way_is_gained_inside_the_no_go_zone() -> None:
     assert ways[-1, 0] > 0.5
 
 
-@pytest.mark.parametrize("keeping", sorted(KEEPING))
+@pytest.mark.parametrize("keeping", sorted(sailing.KEEPING))
 @pytest.mark.parametrize("current", [(0.0, 0.0), (0.0, 0.3), (-0.3, 0.0)])
 def test_it_keeps_station_in_a_current(keeping: str, current: tuple[float, float]) -> None:
     """In 5 m/s of wind and up to 0.3 m/s of current all ways stay within twice the radius."""
@@ -112,19 +104,19 @@ def test_it_keeps_station_in_a_current(keeping: str, current: tuple[float, float
 def test_a_current_carries_all_of_it() -> None:
     """Seen from the water, wind and current together are wind alone (Galileo)."""
     still = flown(rig(), (0.0, 60.0), 30.0)
-    moved = flown(rig(), (0.0, 60.0), 30.0, wind=(-5.3, 0.4), current=(-0.3, 0.4))
+    moved = flown(rig(), (0.0, 60.0), 30.0, air=(-5.3, 0.4), current=(-0.3, 0.4))
     drift = np.outer(np.arange(len(still)) * STEP, (-0.3, 0.4))
     assert np.allclose(moved[:20, :2] - drift[:20], still[:20, :2], atol=0.3)
     leg = still[100:150, :2] - still[100, :2]
     assert np.hypot(*leg[-1]) / 4.9 == pytest.approx(
-        polar_speed(rig().winds, rig().speeds, 1.5, 5.0, math.pi / 2), rel=0.02
+        sailing.polar_speed(rig().winds, rig().speeds, 1.5, 5.0, math.pi / 2), rel=0.02
     )
 
 
 WIND = {"speed_m_per_s": 6.0, "gust_sd_m_per_s": 1.0, "veer_sd_deg": 10.0}
 
 
-def sailing(**vessel: object) -> dict:
+def scenario_of(**vessel: object) -> dict:
     """Return a scenario with vessels that sail."""
     return {
         "name": "sail",
@@ -136,7 +128,7 @@ def sailing(**vessel: object) -> dict:
 
 def test_a_mission_is_flown_by_vessels_that_sail() -> None:
     """Stations are kept within the radius, headings are the bow's, gusts differ by seed."""
-    result = simulate(Scenario.model_validate(sailing(within_m=8.0)), seed=1)
+    result = simulate(Scenario.model_validate(scenario_of(within_m=8.0)), seed=1)
     tracks = result.tables["tracks"]
     vessels = tracks[tracks["vehicle"].str.startswith("ASV")]
     stations = np.array(result.setup.stations_m)
@@ -144,8 +136,8 @@ def test_a_mission_is_flown_by_vessels_that_sail() -> None:
         own = vessels[vessels["vehicle"] == f"ASV{number}"]
         away = np.hypot(own["x_m"] - x, own["y_m"] - y)
         assert 1.0 < away.max() < 12.0
-    again = simulate(Scenario.model_validate(sailing(within_m=8.0)), seed=1).tables["tracks"]
-    other = simulate(Scenario.model_validate(sailing(within_m=8.0)), seed=2).tables["tracks"]
+    again = simulate(Scenario.model_validate(scenario_of(within_m=8.0)), seed=1).tables["tracks"]
+    other = simulate(Scenario.model_validate(scenario_of(within_m=8.0)), seed=2).tables["tracks"]
     assert tracks.equals(again)
     assert not tracks.equals(other)
     assert len(result.tables["fixes"]) > 20
@@ -154,13 +146,14 @@ def test_a_mission_is_flown_by_vessels_that_sail() -> None:
 def test_wind_and_polar_come_from_files(tmp_path: Path) -> None:
     """The wind turns on the short way between samples; a polar of one's own drives the hull."""
     (tmp_path / "wind.csv").write_text("time_s,speed_m_per_s,from_deg\n0,4,350\n60,4,10\n")
-    speed, origin = mean_wind(0.0, 0.0, read_wind(tmp_path / "wind.csv"), np.array([0.0, 30.0]))
+    samples = wind.read_wind(tmp_path / "wind.csv")
+    speed, origin = wind.mean_wind(0.0, 0.0, samples, np.array([0.0, 30.0]))
     assert np.degrees(origin) == pytest.approx([-10.0, 0.0])
     assert speed == pytest.approx([4.0, 4.0 * math.cos(math.radians(10.0))])
     rows = ["angle_deg,wind_m_per_s,speed_m_per_s"]
     rows += [f"{a},{w},{0.25 * w}" for a in (0, 180) for w in (2, 8)]
     (tmp_path / "own.csv").write_text("\n".join(rows) + "\n")
-    data = sailing(polar="own.csv")
+    data = scenario_of(polar="own.csv")
     data["environment"]["wind"] = {"file": "wind.csv"}
     (tmp_path / "own.yaml").write_text(yaml.safe_dump(data))
     result = simulate(load_scenario(tmp_path / "own.yaml"), seed=1)
@@ -202,3 +195,18 @@ def test_mistakes_are_told_in_a_line(change: dict, message: str, tmp_path: Path)
     (tmp_path / "x.yaml").write_text(yaml.safe_dump({"name": "x", "duration_s": 20.0, **change}))
     with pytest.raises(ScenarioError, match=message):
         load_scenario(tmp_path / "x.yaml")
+
+
+def test_groups_of_vessels_sail_beside_others() -> None:
+    """One moored, one motored, one under sail: each where it would be in a fleet of its own."""
+    groups = [{"count": 1}, {"count": 1, "vehicle": "otter"}, {"count": 1, "vehicle": "sailboat"}]
+    data = scenario_of()
+    data["asvs"] = {"groups": groups}
+    data["environment"]["current_m_per_s"] = 0.1
+    tracks = simulate(Scenario.model_validate(data), seed=3).tables["tracks"]
+    moved = {
+        vessel: float(np.hypot(own["x_m"].diff(), own["y_m"].diff()).sum())
+        for vessel, own in tracks.groupby("vehicle")
+    }
+    assert moved["ASV0"] == 0.0
+    assert moved["ASV2"] > 30.0 > moved["ASV1"] > 0.01

@@ -369,17 +369,6 @@ RULES = (
         "the current does not vary",
     ),
     idle(
-        {},
-        "environment.wind",
-        "no vessel sails",
-        but=lambda setup: any(vessels.vehicle.sails for vessels in setup.vessels),
-    ),
-    idle(
-        {"environment.wind.gust_sd_m_per_s": (0.0,), "environment.wind.veer_sd_deg": (0.0,)},
-        "environment.wind.gust_time_s",
-        "the wind does not vary",
-    ),
-    idle(
         {"survey.depth_m": (0.0,), "auvs.route.kind": ("lawnmower", "waypoints", "hold")},
         "acoustics.hf.range_metric acoustics.mf.range_metric",
         "AUVs at the surface are as far as they look from above",

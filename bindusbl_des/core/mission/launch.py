@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import groupby
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -32,6 +32,7 @@ from ..scenario.families import ASV, AUV, NAVIGATOR
 from ..scenario.groups import Auv, Vessels
 from ..scenario.own_routes import WayView, own_motion
 from ..scenario.part_choice import own_part
+from ..scenario.scenario_keys import Wind
 from ..scenario.sections.navigation import Navigation
 from ..setup import Setup
 from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
@@ -240,9 +241,7 @@ def _guided(setup: Setup, water: MissionCurrent, wrong: Wrong) -> VehicleFleet:
             Alike(
                 auvs[0].group.vehicle.model,
                 slice(auvs[0].number, auvs[-1].number + 1),
-                None
-                if auvs[0].group.vehicle.has_dynamics
-                else _segmented(_unguided(setup, auvs)),
+                None if auvs[0].group.vehicle.has_dynamics else _segmented(_unguided(setup, auvs)),
                 partial(guided_auvs, setup, auvs, water, wrong),
             )
             for auvs in _alike(setup)
@@ -317,7 +316,8 @@ def _under_way(
 def launch_asvs(setup: Setup, streams: Streams, water: MissionCurrent) -> VehicleFleet:
     """Return the ASVs of a setup at their stations or on their tracks, in index order."""
     hulls = [vessels.vehicle for vessels in setup.vessels]
-    moves = any(hull.has_dynamics or hull.sails for hull in hulls)
+    blows = setup.scenario.environment.wind is not None
+    moves = any(hull.has_dynamics or (blows and hull.sails) for hull in hulls)
     if setup.asv_tracks is not None or not moves or not setup.stations_m:
         return _once(setup, "asvs", _unguided_asvs)
 
@@ -356,7 +356,7 @@ def sailing_asvs(
         polar.winds,
         polar.speeds,
         best_to_windward(polar.winds, polar.speeds, sails.most_m_per_s),
-        math.radians(sails.leeway_deg),
+        math.radians(sails.leeway),
         math.radians(sails.turn_deg_per_s),
         sails.most_m_per_s,
         sails.tack_keeps,
@@ -378,7 +378,7 @@ def winds_of(setup: Setup, streams: Streams) -> Floats:
     """
     from ..vehicles.wind import mean_wind, read_wind
 
-    asked, count = setup.scenario.environment.wind, setup.control_intervals
+    asked, count = setup.scenario.environment.wind or Wind(), setup.control_intervals
     samples = None if asked.file is None else read_wind(asked.file)
     times = CONTROL_S * np.arange(count, dtype=np.float64)
     speed, origin = mean_wind(asked.speed_m_per_s, asked.from_deg, samples, times)

@@ -121,7 +121,11 @@ class Environment(Part):
         "",
         "what is added to that current and differs from place to place or with time" + SET,
     )
-    wind: Wind = Field(default=Wind(), description="the wind, which moves vessels that sail")
+    wind: Wind | None = Field(
+        default=None,
+        description="the wind, which moves vessels that sail; null, unless one of its keys is "
+        "given = it is calm",
+    )
     surface_m: Real = key(
         0.0,
         "m",

@@ -101,7 +101,7 @@ class Sailboat(Settings):
         ge=10,
         le=80,
     )
-    leeway_deg: Real = key(
+    leeway: Real = key(
         5.0, "deg", "leeway close-hauled; before the wind there is none", "assumed", ge=0, le=45
     )
     turn_deg_per_s: Real = key(

@@ -24,7 +24,7 @@ All of it follows from wind and current alone, never from what happens in the mi
 motion is worked out as the mission begins, a line of a log for each step (:mod:`.motion`).
 
 Left out: waves, heel (its effect on attitude is part of the USBL's attitude errors), the time that
-sails take to be set, other vessels and land; of the current, what differs from place to place.
+sails take to be set, other vessels and land.
 """
 
 from math import asin, atan2, cos, exp, hypot, pi, radians, sin
@@ -34,6 +34,7 @@ import numpy as np
 
 from ...support.arrays import Floats
 from ...support.compiled import compiled
+from .currents import STILL, Field, beyond, flows
 from .motion import (
     COLUMNS,
     COS,
@@ -101,18 +102,24 @@ def best_to_windward(winds: Floats, speeds: Floats, most: float) -> Floats:
 
 
 def sailed(
-    rig: Rig, stations: Floats, starts: Floats, winds: Floats, currents: Floats, step: float
+    rig: Rig,
+    stations: Floats,
+    starts: Floats,
+    winds: Floats,
+    currents: Floats,
+    step: float,
+    field: Field = STILL,
 ) -> Motion:
     """Return the motion of vessels that keep their stations (m, 2), m, from their starts (m, 4): x,
     y (m), heading (rad), speed (m/s).
 
     `winds` (n, 2) and `currents` (n, 2), m/s, along x and y, both towards, hold for a step (s)
-    each.
+    each; the `field` adds to the current.
     """
     lines = len(winds) + 1
     logs = np.zeros((len(stations), lines, COLUMNS))
     for log, station, start in zip(logs, stations, starts, strict=True):
-        _sail(*rig, station, start, winds, currents, step, log)
+        _sail(*rig, station, start, winds, currents, field, step, log)
     table = logs.reshape(-1, COLUMNS)
     first = np.arange(len(stations) + 1, dtype=np.int64) * lines
     return Motion(table, first, np.full(len(stations), step))
@@ -146,7 +153,8 @@ def polar_speed(winds: Floats, speeds: Floats, most: float, wind: float, off: fl
 def _sail(
     winds: Floats, speeds: Floats, beating: Floats, leeway: float, turn: float, most: float,
     tack_keeps: float, gybe_keeps: float, recovers: float, keeping: int, within: float,
-    station: Floats, start: Floats, air: Floats, currents: Floats, step: float, log: Floats,
+    station: Floats, start: Floats, air: Floats, currents: Floats, field: Field, step: float,
+    log: Floats,
 ) -> None:  # fmt: skip
     """Write the log (n + 1, COLUMNS) of one vessel; arguments as of :class:`Rig` and
     :func:`sailed`.
@@ -158,6 +166,9 @@ def _sail(
     for k in range(len(air) + 1):
         now = min(k, len(air) - 1)
         current_x, current_y = currents[now, 0], currents[now, 1]
+        if flows(field):
+            more_x, more_y = beyond(field, k * step, x, y, 0.0)
+            current_x, current_y = current_x + more_x, current_y + more_y
         wind_x, wind_y = air[now, 0] - current_x, air[now, 1] - current_y
         wind, upwind = hypot(wind_x, wind_y), atan2(-wind_y, -wind_x)
         off = _turned(yaw - upwind)

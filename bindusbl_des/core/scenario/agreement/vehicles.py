@@ -148,16 +148,27 @@ def _wind(site: Site) -> Iterator[Problem]:
     """Yield vessels that sail without a wind, and a wind that is given twice."""
     wind = site.scenario.environment.wind
     sails = [vessels for vessels in site.vessels if vessels.vehicle.sails]
-    if wind.file is not None and wind.model_fields_set & {"speed_m_per_s", "from_deg"}:
+    if wind is not None and not sails:
+        yield Problem(
+            "environment.wind",
+            "moves nothing, no vessel sails; remove it, or use asvs.vehicle: sailboat",
+            ("asvs.vehicle",),
+        )
+    if (
+        wind is not None
+        and wind.file is not None
+        and wind.model_fields_set & {"speed_m_per_s", "from_deg"}
+    ):
         yield Problem(
             "environment.wind.file",
             "excludes speed_m_per_s and from_deg, which its samples have; keep one of them",
             ("environment.wind.speed_m_per_s", "environment.wind.from_deg"),
         )
-    if sails and wind.file is None and wind.speed_m_per_s == 0.0:
+    if sails and (wind is None or (wind.file is None and wind.speed_m_per_s == 0.0)):
         yield Problem(
             sails[0].key("asvs.vehicle"),
-            f"{sails[0].vehicle} has no wind; set environment.wind.speed_m_per_s (or file), or use moored",
+            f"{sails[0].vehicle} has no wind; set environment.wind.speed_m_per_s (or file), or use "
+            "moored",
             ("environment.wind.speed_m_per_s", "environment.wind.file"),
         )
 
