@@ -35,6 +35,32 @@ MOST_QUESTIONS = 100_000
 Program = Callable[["Node"], Steps]
 
 
+class _Questions:
+    """How often a program has asked its node since it last waited.
+
+    They are not the node's own, since the node's packets count here as well: it would refer to
+    itself, and outlive its mission.
+    """
+
+    def __init__(self, env: simpy.Environment) -> None:
+        self._env, self._last, self._times = env, -1.0, 0
+
+    def counted(self, answer: float) -> float:
+        """Return an answer to the program.
+
+        Raises:
+            ValueError: when the program asks on and on without a step.
+        """
+        now = self._env.now
+        self._last, self._times = now, self._times + 1 if now == self._last else 1
+        if self._times > MOST_QUESTIONS:
+            raise ValueError(
+                f"it asks for clock, sounds or packets {MOST_QUESTIONS:,} times while no time goes "
+                "by; it must `yield` a wait meanwhile"
+            )
+        return answer
+
+
 class HeardSignal(NamedTuple):
     """A signal that a vehicle has decoded: its kind, sender and receiver (None: all); when (s) it
     began and ended there, by the vehicle's clock; its size and content; its level (dB re 1 uPa),
@@ -69,26 +95,11 @@ class Node:
     clock_error: tuple[float, float] = (0.0, 0.0)
     _woken: float = -1.0
     _says: float = 0.0
-    _asked: tuple[float, int] = (-1.0, 0)  # the last instant (s), and how often by then
 
     def __post_init__(self) -> None:
         """Count the packets that the program takes."""
+        self._counted = _Questions(self.air.env).counted
         self.packets = map(self._counted, self.packets)
-
-    def _counted(self, answer: float) -> float:
-        """Return an answer to the program.
-
-        Raises:
-            ValueError: when the program asks on and on without a step.
-        """
-        now, (last, times) = self.air.env.now, self._asked
-        self._asked = now, times + 1 if now == last else 1
-        if self._asked[1] > MOST_QUESTIONS:
-            raise ValueError(
-                f"it asks for clock, sounds or packets {MOST_QUESTIONS:,} times while no time goes "
-                "by; it must `yield` a wait meanwhile"
-            )
-        return answer
 
     @property
     def is_asv(self) -> bool:
