@@ -28,6 +28,9 @@ from .compiled import compiled
 # Rows of noise that are drawn at a time; fewer where so many pairs would hold more than so many.
 ROWS, FEWEST_ROWS, MOST_ROWS = 64, 4, 6_400_000
 
+# Rows that are drawn for a pair at first: most pairs of a large fleet need no more.
+FIRST_ROWS = 16
+
 # Pairs for which there is room at first.
 SHELVES = 16
 
@@ -139,8 +142,10 @@ class NoiseStore:
             self.refill(auv, asv)
 
     def refill(self, auv: int, asv: int) -> None:
-        """Draw the next rows of a pair."""
+        """Draw the next rows of a pair; the first few of them go to the end of its block."""
+        begin = 0
         if (auv, asv) not in self._drawn:
+            begin = max(self.blocks.shape[1] - FIRST_ROWS, 0)
             self.shelf[auv, asv] = len(self._drawn)
             self._drawn[auv, asv] = [
                 self._streams.of(purpose, auv, asv) for purpose in self._purposes
@@ -150,10 +155,11 @@ class NoiseStore:
             self.blocks = lengthened(self.blocks, 2 * len(self.blocks))
             if self.on_grown is not None:
                 self.on_grown(self)
-        parts = self.blocks[shelf, :, : self._width], self.blocks[shelf, :, self._width :]
+        block = self.blocks[shelf, begin:]
+        parts = block[:, : self._width], block[:, self._width :]
         for stream, part in zip(self._drawn[auv, asv], parts, strict=False):
             part[:] = stream.standard_normal(part.shape)
-        self.taken[auv, asv] = 0
+        self.taken[auv, asv] = begin
 
 
 def pair_keys(streams: Streams, purpose: Purpose, auv: int, asvs: int) -> NDArray[np.uint64]:
