@@ -133,7 +133,10 @@ def _quieter(data: dict[str, Any], draw: random.Random) -> None:
 
 
 # Keys that are drawn apart
-APART = (("auvs", "groups"), ("survey", "land"), ("survey", "keep_out"))
+APART = (
+    ("auvs", "groups"), ("asvs", "groups"), ("survey", "land"), ("survey", "keep_out"),
+    ("environment", "wind"),
+)  # fmt: skip
 
 
 def _object(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -> dict[str, Any]:
@@ -219,7 +222,8 @@ def _array(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
 
 
 def _vehicle(schema: dict[str, Any], draw: random.Random) -> Any:
-    model = draw.choice(schema["properties"]["model"]["enum"])
+    models = [it for it in schema["properties"]["model"]["enum"] if it != "sailboat"]  # needs wind
+    model = draw.choice(models)
     if model in ("kinematic", "moored") or draw.random() < 0.6:
         return model
     numbers = {

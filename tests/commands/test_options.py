@@ -162,7 +162,7 @@ def test_what_coverage_says_of_a_survey_agrees() -> None:
 
 def test_params_finds_words_in_meanings() -> None:
     """A word of the meaning or a choice finds a key whose name does not have it; a * does not."""
-    assert call("params", "Colouring").stdout.startswith("protocol.positions: truth")
+    assert call("params", "schedules use").stdout.startswith("protocol.positions: truth")
     found = json.loads(call("params", "pipelined_group", "--json").stdout)
     assert [row["key"] for row in found] == ["protocol.downlink"]
     assert call("params", "*colouring*").exit_code == 2

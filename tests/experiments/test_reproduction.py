@@ -140,6 +140,7 @@ def test_every_experiment_file_is_run() -> None:
         "peers",
         "protocols",
         "protocols_large",
+        "wind",
     }
     assert {entry.name for entry in campaigns.CATALOGUE} | ours == {it.stem for it in EXPERIMENTS}
 

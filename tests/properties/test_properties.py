@@ -175,7 +175,7 @@ def test_all_holds_of_drawn_missions(tmp_path: Path) -> None:
     What nobody has written is NaN there.  Verdicts wait for the slow test, and for
     verification/test_drawn_missions.py.
     """
-    counts = Counter(uncompiled("properties.test_properties", 100, 140, tmp_path, SHORTER))
+    counts = Counter(uncompiled("properties.test_properties", 180, 220, tmp_path, SHORTER))
     assert counts["flown"] >= 8, counts
     assert counts["fixes"] > 80, counts
     assert counts["collided"] > 10, counts
@@ -201,12 +201,8 @@ NOT_DRAWN = {
     "auvs.route.crs": OFFICES,
     "auvs.route.routes": OFFICES,
     "survey.area_name": OFFICES,
-    "environment.wind.speed_m_per_s": SAILS,
-    "environment.wind.from_deg": SAILS,
-    "environment.wind.gust_sd_m_per_s": SAILS,
-    "environment.wind.veer_sd_deg": SAILS,
-    "environment.wind.gust_time_s": SAILS,
-    "environment.wind.file": SAILS,
+    "environment.wind": SAILS,
+    "asvs.groups": "vessels that differ: mission/test_mixed_vessels.py",
     "survey.crs": OFFICES,
     "modems.lines": "files of what hosts said: live/test_wires.py",
     "auvs.route.positions_deg": DEGREES,

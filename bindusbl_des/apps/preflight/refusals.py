@@ -7,8 +7,6 @@ speed a hull settles, how often a path surfaces, what a table of rays holds.
 from collections.abc import Iterator
 from math import cos, exp, radians, sin
 
-from numpy import hypot
-
 from ...core.scenario.files.scenario_file import Source
 from ...core.scenario.scenario import Scenario
 from ...core.setup import Setup
@@ -37,7 +35,7 @@ def refusals(setup: Setup) -> Iterator[Problem]:
     yield from _tables(setup)
     yield from _ways(setup)
     try:
-        _ = setup.flow
+        _ = setup.scenario.environment.has_field and setup.flow
     except ValueError as error:
         key, _, message = str(error).partition(": ")
         if key.startswith("environment."):
@@ -103,6 +101,8 @@ def _carried_away(setup: Setup, current: float, *, is_sure: bool) -> Iterator[Pr
         return
     currents = [current] * (len(setup.auvs) + asvs.count)
     if water.has_field:
+        from numpy import hypot  # loaded for currents that differ already
+
         towards = radians(water.current_direction_deg)
         x, y = setup.flow.means.T
         met = hypot(x + current * cos(towards), y + current * sin(towards))

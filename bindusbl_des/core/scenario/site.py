@@ -541,12 +541,11 @@ class Site(Facts):
     @property
     def _against_m_per_s(self) -> float:
         """The current (m/s) that plans allow for."""
-        from ..vehicles.currents import fastest
         from .flight_plans import SIGMAS
 
         water = self.scenario.environment
-        varies = SIGMAS * water.current_variation_m_per_s
-        return water.current_m_per_s + varies + fastest(self.current_field)
+        against = water.current_m_per_s + SIGMAS * water.current_variation_m_per_s
+        return against + (self.flow.limit_m_per_s if water.has_field else 0.0)
 
     @fact
     def auv_tracks(self) -> "tuple[RecordedTrack | None, ...]":
