@@ -201,6 +201,7 @@ NOT_DRAWN = {
     "auvs.route.crs": OFFICES,
     "auvs.route.routes": OFFICES,
     "survey.area_name": OFFICES,
+    "environment.wind": SAILS,
     "environment.wind.speed_m_per_s": SAILS,
     "environment.wind.from_deg": SAILS,
     "environment.wind.gust_sd_m_per_s": SAILS,
