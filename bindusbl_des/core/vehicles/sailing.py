@@ -69,10 +69,12 @@ WITHIN_5_PERCENT = 3.0
 
 
 class Rig(NamedTuple):
-    """A sailing vessel, as compiled code takes it: its polar, `winds` (k,), m/s, and `speeds` (181,
-    k), m/s; `beating` (61,) as of
-    :func:`best_to_windward`;
-    angles in rad, times in s; `keeping` a number of :data:`KEEPING`.
+    """A sailing vessel, as compiled code takes it.
+
+    Its polar, `winds` (k,) and `speeds` (181, k), m/s, as of :class:`.wind.Polar`; `beating` (61,)
+    as of :func:`best_to_windward`; leeway (rad), rate of turn (rad/s), most speed (m/s), shares
+    that tacks and gybes leave, the time constant (s) of speed; `keeping` is one of
+    :data:`KEEPING`, `within` the radius (m).
     """
 
     winds: Floats
