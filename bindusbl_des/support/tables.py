@@ -6,6 +6,7 @@ that cannot be read are left out.
 
 import csv
 import io
+import math
 import os
 import re
 from bisect import bisect_left
@@ -46,6 +47,26 @@ class TableRow(NamedTuple):
 
     where: str
     cells: dict[str, str]
+
+    def number(
+        self, column: str, limits: tuple[float, float], called: str = "", slack: float = 0.0
+    ) -> float:
+        """Return the number in a column, `called` so, within its limits, less by `slack` at most.
+
+        Raises:
+            ValueError: naming place, column and range, for anything else.
+        """
+        text, (least, most) = self.cells[column].strip(), limits
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not least - slack <= value <= most:
+            raise ValueError(
+                f"{self.where}: {called or column} must be a number from {least:g} to {most:g}; "
+                f"got {text!r}"
+            )
+        return value
 
 
 class Table(NamedTuple):

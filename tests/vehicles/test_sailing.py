@@ -15,13 +15,9 @@ STEP = 0.1
 
 def rig(name: str = "dinghy", keeping: str = "figure_of_eight", **changes: float) -> sailing.Rig:
     """Return a rig without leeway, unless it is among the changes."""
-    polar = wind.polar_of(name, 40.0)
-    best = sailing.best_to_windward(polar.winds, polar.speeds, 1.5)
-    plain = {
-        "leeway": 0.0, "turn": 0.5, "most": 1.5, "tack_keeps": 0.2, "gybe_keeps": 0.6,
-        "recovers": 1.0, "keeping": sailing.KEEPING[keeping], "within": 10.0,
-    }  # fmt: skip
-    return sailing.Rig(polar.winds, polar.speeds, best, **(plain | changes))
+    plain = {"leeway": 0.0, "turn": 0.5, "keeping": sailing.KEEPING[keeping]}
+    settings = Scenario.model_validate(scenario_of(polar=name)).asvs.vehicle.sailing
+    return sailing.rig_of(**settings.model_dump())._replace(**(plain | changes))
 
 
 def flown(

@@ -347,24 +347,9 @@ def sailing_asvs(
 
     They begin at rest at their stations, with the wind abeam.
     """
-    from ..vehicles.sailing import KEEPING, WITHIN_5_PERCENT, Rig, best_to_windward, sailed
-    from ..vehicles.wind import polar_of
+    from ..vehicles.sailing import rig_of, sailed
 
-    sails, air = vessels.vehicle.sailing, winds_of(setup, streams)
-    polar = polar_of(sails.polar, sails.no_go_deg)
-    rig = Rig(
-        polar.winds,
-        polar.speeds,
-        best_to_windward(polar.winds, polar.speeds, sails.most_m_per_s),
-        math.radians(sails.leeway),
-        math.radians(sails.turn_deg_per_s),
-        sails.most_m_per_s,
-        sails.tack_keeps,
-        sails.gybe_keeps,
-        sails.recover_s / WITHIN_5_PERCENT,
-        KEEPING[sails.keeping],
-        sails.within_m,
-    )
+    air, rig = winds_of(setup, streams), rig_of(**vessels.vehicle.sailing.model_dump())
     stations = np.array([setup.stations_m[asv] for asv in vessels.members])
     across = math.atan2(-air[0, 1], -air[0, 0]) + math.pi / 2.0
     starts = np.column_stack((stations, np.full((len(stations), 2), (across, 0.0))))

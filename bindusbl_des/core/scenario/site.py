@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
     from ..sea.water_column import Column, Profile
-    from ..vehicles.currents import Field, Flow
+    from ..vehicles.currents import Flow
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_routes import PlanView
@@ -266,24 +266,14 @@ class Site(Facts):
         return USUAL_WATER
 
     @fact
-    def current_field(self) -> "Field":
-        """What the current has beyond its uniform part; nothing where it is uniform.
+    def flow(self) -> "Flow":
+        """What the current has beyond its uniform part, and of it what AUVs meet on their planned
+        ways and vessels at their stations.
+
+        An AUV of a user-defined route counts as if it held the middle of the survey.
 
         Raises:
             ValueError: when the file of a current is unusable, with key and remedy.
-        """
-        if not self.scenario.environment.has_field:
-            from ..vehicles.currents import STILL
-
-            return STILL
-        found: Field = shipped_part(families.CURRENT, self.scenario.environment.current)(self)
-        return found
-
-    @fact
-    def flow(self) -> "Flow":
-        """This part of the current along the planned way of each AUV, and at each station.
-
-        An AUV of a user-defined route counts as if it held the middle of the survey.
         """
         from ..vehicles.currents import UNIFORM, flow_on
 
@@ -300,8 +290,8 @@ class Site(Facts):
                 way = partial(_toured, plan.tour.sample, auv.speed_m_per_s, auv.depth_m)
             ways.append(way)
         ways += [partial(_stay, (*place, 0.0)) for place in self.kept_stations_m]
-        lasts = float(self.scenario.duration_s)
-        return flow_on(self.current_field, lasts, ways, len(self.auvs))
+        field = shipped_part(families.CURRENT, self.scenario.environment.current)(self)
+        return flow_on(field, float(self.scenario.duration_s), ways, len(self.auvs))
 
     @property
     def _column(self) -> "Column | None":

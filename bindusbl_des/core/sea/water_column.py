@@ -3,7 +3,6 @@
 A profile has conductivity, temperature and depth, or the speed of sound, read from CSV.
 """
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -102,20 +101,10 @@ def _called(name: str, there: Sequence[str]) -> str:
 
 
 def _sample(columns: Mapping[str, str], row: TableRow) -> tuple[str, list[float]]:
-    sample = []
-    for name, there in columns.items():
-        text = row.cells[there].strip()
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        least, most = LIMITS[name]
-        if not (least <= value <= most or (name == "depth_m" and -ABOVE_M <= value < 0.0)):
-            raise ValueError(
-                f"{row.where}: {name} must be a number from {least:g} to {most:g}; got {text!r}"
-            )
-        sample.append(value)
-    return row.where, sample
+    return row.where, [
+        row.number(there, LIMITS[name], name, slack=ABOVE_M if name == "depth_m" else 0.0)
+        for name, there in columns.items()
+    ]
 
 
 # Less deep (m) it is the surface: means over so little are lost in rounding.

@@ -50,6 +50,7 @@ from .motion import (
     turned_over,
     walked,
 )
+from .wind import polar_of
 
 FIGURE_OF_EIGHT, BEAT, HOVE_TO = range(3)
 KEEPING = {"figure_of_eight": FIGURE_OF_EIGHT, "beat": BEAT, "hove_to": HOVE_TO}
@@ -90,17 +91,22 @@ class Rig(NamedTuple):
     within: float
 
 
-def best_to_windward(winds: Floats, speeds: Floats, most: float) -> Floats:
-    """Return the angle off the wind (rad), (61,), at which a polar and a hull of at most so many
-    m/s make best way to windward in winds of 0, 1, 2, ... 60 m/s.
+def rig_of(
+    *, polar: str, most_m_per_s: float, no_go_deg: float, leeway: float, turn_deg_per_s: float,
+    tack_keeps: float, gybe_keeps: float, recover_s: float, keeping: str, within_m: float,
+) -> Rig:  # fmt: skip
+    """Return the rig that the settings of a sailboat describe; `leeway` in deg.
+
+    Raises:
+        ValueError: when the file of a polar is none.
     """
-    off = np.radians(np.arange(len(speeds)))
-    found = np.empty(61)
-    for wind in range(1, len(found)):
-        through = np.array([polar_speed(winds, speeds, most, wind, angle) for angle in off])
-        found[wind] = off[(through * np.cos(off)).argmax()]
-    found[0] = found[1]
-    return found
+    winds, speeds = polar_of(polar, no_go_deg)
+    beating = np.empty(61)
+    best_to_windward(winds, speeds, most_m_per_s, beating)
+    return Rig(
+        winds, speeds, beating, radians(leeway), radians(turn_deg_per_s), most_m_per_s, tack_keeps,
+        gybe_keeps, recover_s / WITHIN_5_PERCENT, KEEPING[keeping], within_m,
+    )  # fmt: skip
 
 
 def sailed(
@@ -149,6 +155,20 @@ def polar_speed(winds: Floats, speeds: Floats, most: float, wind: float, off: fl
     if part > 0.0 and min(near, far) == 0.0:  # between the no-go zone and the next degree
         found = 0.0
     return min(found, most)
+
+
+@compiled
+def best_to_windward(winds: Floats, speeds: Floats, most: float, beating: Floats) -> None:
+    """Write the angle off the wind (rad), of whole degrees, at which a polar and a hull of at most
+    so many m/s make best way to windward in winds of 0, 1, 2, ... m/s, to `beating` (n,).
+    """
+    for wind in range(beating.size):
+        best = -1.0
+        for degrees in range(91):
+            off = degrees * pi / 180.0
+            made = polar_speed(winds, speeds, most, max(1.0 * wind, 1.0), off) * cos(off)
+            if made > best:
+                best, beating[wind] = made, off
 
 
 @compiled

@@ -15,13 +15,13 @@ assumptions that others have worked with:
 """
 
 import math
-from functools import lru_cache
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ...support.arrays import Floats
-from ...support.tables import TableRow, of_file, ordered, read_table
+from ...support.tables import of_file, ordered, read_table
 
 # A polar has a row for each degree off the wind, from 0 to 180.
 DEGREES = np.arange(181.0)
@@ -49,7 +49,6 @@ class Polar(NamedTuple):
     speeds: Floats
 
 
-@lru_cache(maxsize=32)
 def polar_of(name: str, no_go: float) -> Polar:
     """Return a polar by its name or file; within `no_go` (deg) off the wind there is no speed.
 
@@ -71,6 +70,7 @@ def _factors(angles: tuple[float, ...], factors: tuple[float, ...], off: Floats 
     return np.where(np.asarray(off) < angles[0], 0.0, found)
 
 
+@cache
 def by_true_wind(angles: tuple[float, ...], factors: tuple[float, ...]) -> Floats:
     """Return speeds as shares of the true wind, at each degree off it, (181,), from factors by the
     angle of the apparent wind off the bow (deg): share = 0.4 factor(angle) apparent / true.
@@ -150,23 +150,10 @@ def _read(path: str, limits: dict[str, tuple[float, float]]) -> list[tuple[str, 
             f"{path}:1: has the columns {', '.join(table.names)}, and lacks {', '.join(lacking)}; "
             f"it needs {', '.join(limits)}"
         )
-    return [(row.where, _numbers(row, limits)) for row in table.rows()]
-
-
-def _numbers(row: TableRow, limits: dict[str, tuple[float, float]]) -> list[float]:
-    found = []
-    for name, (least, most) in limits.items():
-        text = row.cells[name].strip()
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        if not least <= value <= most:
-            raise ValueError(
-                f"{row.where}: {name} must be a number from {least:g} to {most:g}; got {text!r}"
-            )
-        found.append(value)
-    return found
+    return [
+        (row.where, [row.number(name, limit) for name, limit in limits.items()])
+        for row in table.rows()
+    ]
 
 
 def mean_wind(
