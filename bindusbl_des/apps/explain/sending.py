@@ -1,5 +1,6 @@
 """Why an AUV pings at an instant: its round, a call that it answers, its slot, or random access."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -46,7 +47,27 @@ def sending(result: "Result", ping: Any) -> Iterator[Step]:
     words, facts = _why_now(result, ping)
     facts |= {"x_m": ping.x_m, "y_m": ping.y_m, "z_m": ping.z_m}
     what = f"pings at x {ping.x_m:.1f}, y {ping.y_m:.1f}, depth {ping.z_m:.1f} m"
+    if result.setup.bottom.is_known:
+        above, more = _above(result, ping)
+        what, facts = what + above, facts | more
     yield Step(ping.sent_at_s, ping.auv, what, lines(*words), facts)
+
+
+def _above(result: "Result", ping: Any) -> tuple[str, dict[str, Any]]:
+    """Tell how far above the bottom an AUV pings, and whether its log sees that; with facts."""
+    import numpy as np
+
+    setup, place = result.setup, np.array([[ping.x_m, ping.y_m, ping.z_m]])
+    bottom = float(setup.bottom.below(place)[0])
+    if math.isnan(bottom):
+        return ", where the depth of the bottom is not known", {}
+    altitude = bottom - ping.z_m
+    words = f", {altitude:.1f} m above the bottom"
+    facts = {"bottom_m": bottom, "altitude_m": altitude}
+    if not math.isinf(setup.log_sees_m):
+        facts["bottom_lock"] = not setup.blind(place)[0]
+        words += ", which its log sees" if facts["bottom_lock"] else ", too far for its log to see"
+    return words, facts
 
 
 def beaconing(result: "Result", ping: Any) -> Iterator[Step]:

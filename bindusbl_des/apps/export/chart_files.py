@@ -134,6 +134,7 @@ KML_HOLE = (
 # width (pixels) of its lines, and the folder that it is in.  Areas are outlines, and cover nothing,
 # but for land, and water where nobody goes, through which one sees what is there.
 AREA, VESSEL, HF, MF, LAND, KEEP_OUT = "area", "vessel", "hf", "mf", "land", "keep_out"
+DEPTH = "depth"
 
 
 class Look(NamedTuple):
@@ -148,6 +149,7 @@ class Look(NamedTuple):
 
 LOOKS = {
     AREA: Look("survey", "#ffffff", 2.5),
+    DEPTH: Look("depths", "#9fd0e8", 1.0, 0.7),
     LAND: Look("survey", SHORE_ON_DARK, fill=0.4),
     KEEP_OUT: Look("survey", ALARM_ON_DARK, fill=0.25),
     VESSEL: Look("vessels", "#fee838"),
@@ -327,7 +329,7 @@ def earthly(setup: Setup) -> Callable[[Iterable[Sequence[float]]], Positions]:
 
 
 def _survey(setup: Setup) -> Iterator[Drawn]:
-    """Yield the outline of the survey area, land, and water where nobody goes."""
+    """Yield the outline of the survey area, land, water where nobody goes, and depths."""
     on_earth = earthly(setup)
     shown: list[tuple[str, str, Any]] = [("survey area", AREA, ((setup.area.outline,),))]
     for name, look, closed in (
@@ -340,6 +342,9 @@ def _survey(setup: Setup) -> Iterator[Drawn]:
         for rings in polygons:
             outer, *holes = (counter_clockwise(on_earth([*ring, ring[0]])) for ring in rings)
             yield Drawn("Polygon", name, outer, look, holes=[hole[::-1] for hole in holes])
+    for depth, lines in setup.contours:
+        for line in lines:
+            yield Drawn("LineString", f"{depth:g} m", on_earth(line.tolist()), DEPTH)
 
 
 def _geojson(name: str, about: str, shapes: list[Drawn]) -> str:

@@ -103,12 +103,26 @@ def _draw_asvs(axes: Axes, setup: Setup, asvs: dict[str, Any]) -> None:
 def draw_survey(axes: Axes, setup: Setup, width: float = 0.8, ground: str = "none") -> None:
     """Draw the outline of a survey on its ground, land, and water where nobody goes."""
     outline = east_north(setup.area.outline)
+    _draw_bottom(axes, setup)
     axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=width, zorder=0.5, label="survey"))
     for shown, name, looks in _closed(setup):
         for rings in shown.outlines:
             closed = [Path(east_north((*ring, ring[0])), closed=True) for ring in rings]
             shape = PathPatch(Path.make_compound_path(*closed), zorder=1.5, label=name, **looks)
             axes.add_patch(shape)
+
+
+def _draw_bottom(axes: Axes, setup: Setup) -> None:
+    """Draw lines of equal depth of the bottom, with their depth (m) where each is longest."""
+    for depth, lines in setup.contours:
+        shown = [east_north(line) for line in lines]
+        add_lines(axes, shown, [PLANNED] * len(shown), linewidths=0.4, zorder=0.4)
+        if shown:
+            x, y = max(shown, key=len)[len(max(shown, key=len)) // 2]
+            axes.annotate(
+                f"{depth:g} m", (x, y), ha="center", va="center", fontsize=6, color=PLANNED,
+                clip_on=True, zorder=0.4,
+            )  # fmt: skip
 
 
 def closed_handles(setup: Setup) -> list[Artist]:

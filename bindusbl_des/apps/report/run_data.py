@@ -80,7 +80,7 @@ def survey_data(setup: Setup) -> dict[str, Any]:
     """Return what all maps of a page show: the survey (m), the latitude and longitude (deg) of its
     x = y = 0, None where it is nowhere, the current (m/s) with the heading it flows to (deg), and
     where there is any land and water where nobody goes: polygons, each its outer ring and those of
-    holes in it (m).
+    holes in it (m); and lines of equal depth of the bottom, if that is known: depth (m) and lines.
     """
     water = setup.scenario.environment
     closed = (("land", setup.land), ("keepOut", setup.keep_out))
@@ -89,7 +89,15 @@ def survey_data(setup: Setup) -> dict[str, Any]:
         "origin": setup.origin_deg,
         "current": {"speed": water.current_m_per_s, "direction": water.current_direction_deg},
         **{name: what.outlines for name, what in closed if what is not None},
+        **({"contours": _contours(setup)} if setup.bottom.is_known else {}),
     }
+
+
+def _contours(setup: Setup) -> list[dict[str, Any]]:
+    return [
+        {"depth": depth, "lines": [line.round(1).tolist() for line in lines]}
+        for depth, lines in setup.contours
+    ]
 
 
 def _step(count: int, most: int) -> int:

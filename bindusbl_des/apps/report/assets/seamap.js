@@ -261,11 +261,20 @@ class SeaMap {
     }
     context.fillText("east (m)", this.width - 48, this.height - 5);
     context.fillText("north (m)", 4, 13);
+    this.drawBottom(context);
     shape(context, { stroke: colours.soft }, () => this.outline(context));
     this.drawClosed(context);
     this.drawScale(context, step, `${text(step)} m`);
     this.drawNorth(context);
     this.drawCurrent(context);
+  }
+  // Lines of equal depth, each with its depth at the middle of its longest.
+  drawBottom(context) {
+    for (const { depth, lines } of this.mission.contours ?? []) {
+      for (const line of lines) this.line(context, line.map(([x]) => x), line.map(([, y]) => y), { colour: colours.soft, width: 1, alpha: 0.5 });
+      const [longest = []] = [...lines].sort((one, other) => other.length - one.length);
+      if (longest.length) this.label(context, `${depth} m`, ...this.at(...longest[Math.floor(longest.length / 2)]), colours.soft);
+    }
   }
   // Water where nobody goes, hatched the other way than what is unknown, and land.
   drawClosed(context) {
