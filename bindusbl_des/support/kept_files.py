@@ -34,6 +34,8 @@ FILES: Mapping[Way, str] = {
     ("survey", "keep_out"): "charts",
     ("environment", "ctd"): "casts",
     ("environment", "current", "file"): "currents",
+    ("environment", "bathymetry"): "bottoms",
+    ("environment", "bathymetry", "file"): "bottoms",
     ("environment", "wind", "file"): "winds",
     ("asvs", "vehicle", "polar"): "polars",
     ("acoustics", "hf", "channel", "file"): "curves",

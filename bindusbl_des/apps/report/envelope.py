@@ -128,26 +128,26 @@ def _way(mission: "Recording", auv: int) -> Floats:
     """Return the way (m) from the start (n, 2) of which log and compass tell, as it is."""
     truth = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m")])
     way = truth - truth[0]
-    if mission.scenario.navigation.velocity == "through_water":
+    if mission.setup.missed is not None:
         way -= _summed(mission, _current(mission, auv))
     return np.asarray(way)
 
 
 def _current(mission: "Recording", auv: int) -> Floats:
-    """Return the current (m/s) along x and y where an AUV is, less its variation, (n, 2)."""
+    """Return the current (m/s) along x and y that a log misses, less its variation, (n, 2)."""
     water = mission.scenario.environment
     towards = math.radians(water.current_direction_deg)
     steady = water.current_m_per_s * np.array([math.cos(towards), math.sin(towards)])
     places = np.column_stack([mission.truth[name][auv] for name in ("x_m", "y_m", "z_m")])
-    return np.asarray(steady + mission.setup.flow.at(mission.times, places))
+    current = steady + mission.setup.flow.at(mission.times, places)
+    return np.asarray(current * mission.setup.blind(places)[:, np.newaxis])
 
 
 def _mean_drift(mission: "Recording", auv: int) -> Floats:
     """Return the drift (m) at each instant that bias and current cause, less the variation."""
-    scenario = mission.scenario
     setup = mission.setup
     rate = _bias_rate(mission, auv, setup.sensors[auv].bias_m_per_s)
-    if scenario.navigation.velocity == "through_water":
+    if setup.missed is not None:
         rate = rate - _current(mission, auv)
     return _summed(mission, rate)
 

@@ -118,14 +118,12 @@ def _drift(setup: Setup, time: float, initial_sd: float) -> float:
     """Return the RMS (m) of the error after so long (s) without a fix, on a straight way; that of
     the position at first adds 2 sd^2.  A log of the way through the water misses the current.
     """
-    scenario, water = setup.scenario, setup.scenario.environment
+    missed = setup.missed
     speeds = zip(setup.sensors, setup.auvs, strict=True)
     drift = max(own.straight_drift_rms(time, auv.speed_m_per_s) for own, auv in speeds)
-    if scenario.navigation.velocity == "through_water":
-        wandered = wandering_rms(
-            time, water.current_variation_m_per_s, water.current_variation_time_s
-        )
-        carried = math.hypot(water.current_m_per_s, setup.flow.rms_m_per_s) * time
+    if missed is not None:
+        wandered = wandering_rms(time, missed.varies_m_per_s, missed.lasts_s)
+        carried = math.hypot(missed.speed_m_per_s, missed.flow.rms_m_per_s) * time
         drift = math.hypot(drift, carried, math.sqrt(2) * wandered)
     return math.hypot(drift, math.sqrt(2) * initial_sd)
 

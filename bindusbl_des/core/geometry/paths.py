@@ -87,6 +87,8 @@ class Path:
     start: Pose
     segments: tuple[Segment, ...]
     repeats_from: float | None = None
+    #: How far (m) above its depth it begins.
+    above: float = 0.0
 
     def __post_init__(self) -> None:
         kept = tuple(s for s in self.segments if s.length > SHORTEST_SEGMENT)
@@ -172,6 +174,13 @@ class Path:
             )
         )
 
+    def heights(self, distances: Floats) -> Floats:
+        """Return how far (m) above its depth the path is at distances (n,), m."""
+        along, downs = self._wrapped(distances), np.zeros(1)
+        if self.segments:
+            downs = np.cumsum([0.0, *(part.length * part.slope for part in self.segments)])
+        return self.above - np.interp(along, self._distances, downs)
+
     def line(self) -> Floats:
         """Return the path once through as a polyline (n, 2), m, with n >= 2.
 
@@ -191,14 +200,15 @@ class Path:
         if angle == 0.0:
             return self
         start = Pose(*turned((self.start.x, self.start.y), angle), self.start.yaw + angle)
-        return Path(start, self.segments, self.repeats_from)
+        return Path(start, self.segments, self.repeats_from, self.above)
 
     def reversed(self) -> "Path":
         """Return the path travelled from its end to its start."""
         backwards = tuple(
             Segment(-s.curvature, s.length, -s.slope) for s in reversed(self.segments)
         )
-        return Path(self.end.reversed(), backwards)
+        down = sum(part.length * part.slope for part in self.segments)
+        return Path(self.end.reversed(), backwards, above=self.above - down)
 
 
 def through(poses: Sequence[Pose], radius: float) -> tuple[Path, list[float]]:
@@ -328,6 +338,8 @@ def path_rows(path: Path) -> tuple[NDArray[np.void], int]:
     rows["curvature"], rows["length"], rows["slope"] = np.array(segments).T
     rows["begin"][1:] = np.cumsum(rows["length"][:-1])
     rows["above"][1:] = -np.cumsum((rows["length"] * rows["slope"])[:-1])
+    if path.above:
+        rows["above"] += path.above
     joints = Path(path.start, tuple(segments))._joints[: len(rows)]
     rows["x"], rows["y"], rows["yaw"] = np.array(joints).T
     return rows, again

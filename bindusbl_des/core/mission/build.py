@@ -97,7 +97,7 @@ def build_world(
         asvs = launch_asvs(setup, streams, water)
     if setup.scenario.asvs.failures or not asvs.vehicles:  # no round begins while none works
         asvs = replace(asvs, failures=setup.failures)
-    reckoning, navigator = equip_auvs(setup, auvs, wrong, record)
+    reckoning, navigator = equip_auvs(setup, auvs, wrong, record, water)
     given = env, setup, auvs, asvs, navigator, record, streams
     passive = setup.scenario.protocol.asvs_ping
     network = _passive(*given) if passive else _network(*given)

@@ -39,7 +39,7 @@ from ..vehicles.currents import CONTROL_S, carried, current_series, gauss_markov
 from ..vehicles.fleet import VehicleFleet
 from ..vehicles.motion import LEG_COLUMNS, Motion, places, together
 from ..vehicles.poses import PosedVehicle, Poses
-from ..vehicles.reckoning import Wrong
+from ..vehicles.reckoning import NOTHING, Missed, Wrong
 from ..vehicles.vehicle import Place, SegmentedTrajectory, Vehicle, moored, recorded
 
 if TYPE_CHECKING:
@@ -114,7 +114,9 @@ def guided_auvs(
         beyond = math.ceil((setup.afterwards_s + 1.0) * navigation.imu_rate_hz)
         own = wrong.of(slice(auvs[0].number, auvs[-1].number + 1))
         walks = np.pad(own.walks, ((0, 0), (0, beyond), (0, 0)), mode="edge")
-        drift = SteeringDrift(own._replace(walks=walks), navigation.velocity == "through_water")
+        drift = SteeringDrift(
+            own._replace(walks=walks), navigation.velocity == "through_water", setup.log_sees_m
+        )
     plans = [plan for auv in auvs if (plan := setup.plans[auv.number]) is not None]
     return GuidedFleet(
         group.vehicle.model,
@@ -123,6 +125,8 @@ def guided_auvs(
             speed_m_per_s=[auv.speed_m_per_s for auv in auvs],
             depth_m=[auv.depth_m for auv in auvs],
             names=[f"AUV{auv.number}" for auv in auvs],
+            keeping=setup.keeping(group),
+            bottom=setup.bottom,
         ),
         dict(group.vehicle.coefficients),
         currents=water.series,
@@ -201,7 +205,10 @@ def _unguided_auvs(setup: Setup) -> VehicleFleet:
 
 def _alike(setup: Setup) -> list[list[Auv]]:
     """Return the AUVs of one hull that follow each other, and steer by the same."""
-    kinds = groupby(setup.auvs, lambda auv: (auv.group.vehicle.plain(), auv.group.by_estimate))
+    kinds = groupby(
+        setup.auvs,
+        lambda auv: (auv.group.vehicle.plain(), auv.group.by_estimate, auv.group.altitude),
+    )
     return [list(auvs) for _, auvs in kinds]
 
 
@@ -420,14 +427,19 @@ def launch_anchors(setup: Setup, auvs: VehicleFleet, record: Recorder) -> Anchor
 
 
 def equip_auvs(
-    setup: Setup, fleet: VehicleFleet, wrong: Wrong, record: Recorder
+    setup: Setup, fleet: VehicleFleet, wrong: Wrong, record: Recorder, water: MissionCurrent
 ) -> tuple[DeadReckoning, Navigator]:
     """Return the AUVs' dead reckoning and navigator, by which some of them steer.
 
     The record has the receptions of fixes, and their Jacobians by systematic errors.
     """
     navigation = setup.scenario.navigation
-    reckoning = DeadReckoning(fleet.motion, wrong, setup.flow.field)
+    missed = NOTHING
+    if wrong.swept.shape[1] > 1:
+        walks = navigation.velocity == "through_water"  # which have the uniform current
+        uniform = np.zeros((0, 2)) if walks else np.ascontiguousarray(water.series)
+        missed = Missed(setup.flow.field, uniform, setup.bottom, setup.log_sees_m)
+    reckoning = DeadReckoning(fleet.motion, wrong, missed)
     if fleet.poses is not None:
         fleet.poses.on_known = reckoning.follow
     else:  # who steers by what is reckoned sums up its own

@@ -35,7 +35,10 @@ from .world import World
 Counts = dict[str, list[Any]]
 
 # Metrics that no AUV of some missions has; then no AUV is the worst.
-UNDEFINED = ("latency_from_slot_s", "path_error_m", "saturated_share")
+UNDEFINED = (
+    *("latency_from_slot_s", "path_error_m", "saturated_share"),
+    *("least_altitude_m", "lock_share"),
+)
 _LARGEST = np.array(list(WORST_IS_LARGEST.values()))[:, np.newaxis]
 
 AUV_METRICS = row_type(AuvMetrics)

@@ -28,6 +28,7 @@ def wrong_reckoning(setup: Setup, streams: Streams, water: MissionCurrent) -> Wr
     navigation, skews = setup.scenario.navigation, _skews(setup, streams)
     biases = _velocity_biases(setup, streams)
     swept = navigation.velocity == "through_water" and setup.flow.limit_m_per_s > 0.0
+    swept = swept or navigation.dvl_range_m is not None
     return Wrong(
         _walks(setup, streams, water, skews),
         navigation.imu_rate_hz,

@@ -160,6 +160,7 @@ def track_points(world: World) -> Rows:
     for auv in range(len(auvs)):
         points = tracks[auv]
         points["path_error_m"], points["swept_m2"] = ways.beside_m[auv], ways.swept_m2[auv]
+        points["altitude_m"] = ways.altitude_m[auv]
         found = world.sample(auv, times)
         sure = world.navigator.covariance(auv, found.odometry)
         depth_error = pressure_errors(world.setup, world.streams, auv, times)
@@ -168,6 +169,7 @@ def track_points(world: World) -> Rows:
     for asv in range(len(asvs)):
         points = tracks[len(auvs) + asv]
         points["path_error_m"], points["swept_m2"] = off_station[asv], nan
+        points["altitude_m"] = nan
         _note_truth(points, *asvs.ways.of(asv, times))
     return tracks.reshape(-1)
 

@@ -42,13 +42,14 @@ class Trajectories(NamedTuple):
     """The motion of n AUVs after the mission; NaN stands for what is unknown or never happened.
 
     `metrics` are columns of :class:`.metrics.AuvMetrics`, (n,).  At the k instants of `tracks` (0
-    without tracks), each AUV was `beside_m` (n, k) from its path (m), and had been the first to
-    sweep `swept_m2` (n, k).  All of them have swept `covered_m2` (m2), and the last has flown its
-    lanes by `finished_at_s`.
+    without tracks), each AUV was `beside_m` (n, k) from its path (m) and `altitude_m` (n, k) above
+    the bottom, and had been the first to sweep `swept_m2` (n, k).  All of them have swept
+    `covered_m2` (m2), and the last has flown its lanes by `finished_at_s`.
     """
 
     metrics: dict[str, Floats]
     beside_m: Floats
+    altitude_m: Floats
     swept_m2: Floats
     covered_m2: float | None
     finished_at_s: float | None
@@ -90,10 +91,13 @@ def _look_back(setup: Setup, fleet: VehicleFleet) -> Trajectories:
         "saturated_share": np.array([vehicle.saturated(end) for vehicle in vehicles], np.float64),
         "lanes_flown_share": np.array(flown),
         "swept_m2": swept_m2[:, -1],
+        "least_altitude_m": _least(altitudes(setup, vehicles, often)),
+        "lock_share": _lock(setup, vehicles, often),
     }
     return Trajectories(
         metrics,
         beside(vehicles, seldom),
+        altitudes(setup, vehicles, seldom),
         swept_m2[:, :-1],
         None if swept is None else float(swept.area(np.array([end]))[0]),
         _finished_at(vehicles, lanes, end),
@@ -112,6 +116,33 @@ def beside(vehicles: Sequence[Vehicle], times: Floats) -> Floats:
         if len(off):
             its_own[:] = off
     return found
+
+
+def altitudes(setup: Setup, vehicles: Sequence[Vehicle], times: Floats) -> Floats:
+    """Return how far (m) vehicles are above the bottom at k instants (s), (n, k); NaN where it is
+    not known.
+    """
+    found = np.full((len(vehicles), len(times)), np.nan)
+    if setup.bottom.is_known:
+        for its_own, vehicle in zip(found, vehicles, strict=True):
+            places = vehicle.sample(times)
+            its_own[:] = setup.bottom.below(places) - places[:, 2]
+    return found
+
+
+def _least(values: Floats) -> Floats:
+    """Return the least of the numbers (n, k) of each AUV, (n,); NaN of those without any."""
+    known = np.where(np.isnan(values), np.inf, values).min(axis=1, initial=np.inf)
+    return np.where(np.isinf(known), np.nan, known)
+
+
+def _lock(setup: Setup, vehicles: Sequence[Vehicle], times: Floats) -> Floats:
+    """Return at which share of k instants (s) each vehicle's log sees the bottom, (n,); NaN where
+    it sees it always or never.
+    """
+    if math.isinf(setup.log_sees_m):
+        return np.full(len(vehicles), np.nan)
+    return np.array([1.0 - setup.blind(vehicle.sample(times)).mean() for vehicle in vehicles])
 
 
 def _swept(setup: Setup, fleet: VehicleFleet) -> Sweep | None:

@@ -146,6 +146,8 @@ def common_to_all(setup: Sensors) -> Common:
     if others:  # of AUVs that differ nobody knows what they have in common
         share = [0.0, 0.0]
     current = _current(setup)[0] ** 2
+    if setup.scenario.navigation.velocity == "over_ground":
+        current = 0.0  # who misses it depends on the place
     own = 2 * any(_skew(setup, each).sds for each in (sensors, *others))
     own += 2 * any(_wandering(setup, each).sds for each in (sensors, *others))
     variances, driven = [0.0, 0.0, *share, current, current], [0.0] * STATES
@@ -245,10 +247,13 @@ def _current(setup: Sensors) -> tuple[float, float]:
     its short-term variance per second (m2/s3): of a Gauss-Markov process, and of what AUVs meet on
     their ways.
     """
-    water = setup.scenario.environment
-    if setup.scenario.navigation.velocity == "over_ground":
+    navigation = setup.scenario.navigation
+    if navigation.velocity == "over_ground" and navigation.dvl_range_m is None:
         return 0.0, 0.0
-    varies, lasts = water.current_variation_m_per_s, water.current_variation_time_s
-    steady = math.hypot(water.current_m_per_s, varies)
-    sd, wander = math.hypot(steady, setup.flow.rms_m_per_s), 2 * varies**2 / lasts
-    return sd, wander + setup.flow.wander
+    missed = setup.missed
+    if missed is None or "current" in settings_of(navigation).untold:
+        return 0.0, 0.0
+    varies, lasts = missed.varies_m_per_s, missed.lasts_s
+    steady = math.hypot(missed.speed_m_per_s, varies)
+    sd, wander = math.hypot(steady, missed.flow.rms_m_per_s), 2 * varies**2 / lasts
+    return sd, wander + missed.flow.wander

@@ -12,10 +12,20 @@ import numpy as np
 from ...support.arrays import Floats, Ints
 from ...support.compiled import compiled, inlined
 from ...support.packed import Packed, unpacked
-from ..vehicles.currents import CONTROL_S, STILL, Field, beyond
+from ..vehicles.currents import CONTROL_S
 from ..vehicles.fleet import FleetTracksCache, VehicleTrack
 from ..vehicles.motion import Motion, headed, places
-from ..vehicles.reckoning import DeadReckoned, Wrong, by_compass, error, follow, sweep
+from ..vehicles.reckoning import (
+    NOTHING,
+    DeadReckoned,
+    Missed,
+    Wrong,
+    by_compass,
+    error,
+    follow,
+    missed_at,
+    sweep,
+)
 
 
 def random_walk(rate: float, sds: Floats, noise: Floats) -> Floats:
@@ -72,16 +82,16 @@ def dr_at(odometry: Odometry, n: int) -> DeadReckoned:
 class DeadReckoning:
     """The dead reckoning of a fleet: its motion as measured with the sensors' errors."""
 
-    def __init__(self, motion: Motion, wrong: Wrong, field: Field = STILL) -> None:
-        """Take the true motion of n AUVs, the errors of their dead reckoning, and the field of the
-        current.
+    def __init__(self, motion: Motion, wrong: Wrong, missed: Missed = NOTHING) -> None:
+        """Take the true motion of n AUVs, the errors of their dead reckoning, and the current that
+        their logs miss beside these.
 
         Walks hold at the samples of the IMUs, which keep their velocity between them; there are two
         samples or more.
         """
         wrong.skews["begin_x"], wrong.skews["begin_y"] = places(motion, 0.0)[:, :2].T
         self._followed, self._steps, self._held_s = 1, wrong.biases.shape[1], wrong.held_s
-        self._swept, self._field = 1, Packed(field)
+        self._swept, self._missed = 1, Packed(missed)
         #: The same for compiled equations.
         self.known = Reckoned(motion, wrong)
         self._packed = Packed(self.known)
@@ -98,7 +108,7 @@ class DeadReckoning:
             self._followed = end
         end = min(int(time / CONTROL_S) + 2, self.known.wrong.swept.shape[1])
         if end > self._swept:
-            _sweep(self._packed.address, self._field.address, self._swept, end, whose)
+            _sweep(self._packed.address, self._missed.address, self._swept, end, whose)
             self._swept = end
 
     def at(self, auv: int, time: float) -> tuple[float, float]:
@@ -169,13 +179,13 @@ def _follow(packed: int, begin: int, end: int, whose: Ints) -> None:
 
 
 @compiled
-def _sweep(packed: int, packed_field: int, begin: int, end: int, whose: Ints) -> None:
-    """Write how far the field of the current carries the water, for AUVs (k,), by the control
-    instants begin..end; the addresses are those of a :class:`Reckoned` and of its field.
+def _sweep(packed: int, packed_missed: int, begin: int, end: int, whose: Ints) -> None:
+    """Write how far the current that logs miss carries AUVs (k,), by the control instants
+    begin..end; the addresses are those of a :class:`Reckoned` and a :class:`Missed`.
     """
-    (motion, wrong), field = unpacked(packed, Reckoned), unpacked(packed_field, Field)
+    (motion, wrong), missed = unpacked(packed, Reckoned), unpacked(packed_missed, Missed)
     for auv in whose:
         for k in range(begin - 1, end - 1):
             x, y, z, _, _, _ = headed(motion, auv, k * CONTROL_S)
-            north, east = beyond(field, k * CONTROL_S, x, y, z)
+            north, east = missed_at(missed, k, x, y, z)
             sweep(wrong.swept, auv, k, north, east)

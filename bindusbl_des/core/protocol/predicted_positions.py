@@ -227,7 +227,7 @@ def _unflown(site: Site, auv: Auv) -> SegmentedTrajectory:
     """Return an AUV that holds still or repeats a track."""
     held, track = site.held_places_m[auv.number], site.auv_tracks[auv.number]
     if held is not None:
-        return moored(Place(*held, auv.depth_m, 0.0))
+        return moored(Place(*held, site.depth_at(auv, held), 0.0))
     assert track is not None, "an AUV flies, holds, or repeats a track"
     return recorded(*track)
 
@@ -244,7 +244,12 @@ def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
     return [
         _unflown(site, auv)
         if plan is None
-        else kinematic(plan.tour, auv.speed_m_per_s, auv.depth_m, lasts)
+        else kinematic(
+            plan.tour if auv.group.altitude.altitude_m is None else site.tour_of(auv, plan),
+            auv.speed_m_per_s,
+            auv.depth_m,
+            lasts,
+        )
         for auv, plan in zip(site.auvs, site.plans, strict=True)
     ]
 

@@ -543,6 +543,9 @@ class TrackPoint:
     estimate_sd_x_m: float | None = column("m", "standard deviation of estimate_x_m", None)
     estimate_sd_y_m: float | None = column("m", "standard deviation of estimate_y_m", None)
     estimate_cov_xy_m2: float | None = column("m2", "covariance of the two", None)
+    altitude_m: float | None = column(
+        "m", "height of an AUV above the bottom (environment.bathymetry); null where unknown", None
+    )
     swept_m2: float | None = column(
         "m2", "area of the survey that this AUV was the first to sweep until then", None
     )

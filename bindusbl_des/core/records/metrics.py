@@ -141,6 +141,20 @@ class AuvMetrics:
     swept_m2: float | None = column(
         "m2", "area of the survey that the AUV was the first to sweep", None
     )
+    least_altitude_m: float | None = column(
+        "m",
+        "least height above the bottom at the samples of metrics, 0 or less in the ground; null "
+        "without environment.bathymetry",
+        None,
+        worst=SMALLEST,
+    )
+    lock_share: float | None = column(
+        "1",
+        "share of the samples of metrics at which its log saw the bottom; null without "
+        "navigation.dvl_range_m",
+        None,
+        worst=SMALLEST,
+    )
     slots_missed: int = column(
         "1",
         "slots of its own that it did not know as they began (knowledge: broadcast)",
@@ -267,6 +281,8 @@ NAMES = {
     "saturated_share": "time at an actuator's limit",
     "lanes_flown_share": "lanes flown",
     "swept_m2": "area swept first",
+    "least_altitude_m": "least altitude",
+    "lock_share": "share with bottom lock",
     "slots_missed": "slots missed",
     "gnss_fixes": "GNSS fixes",
     "rounds": "rounds",

@@ -1,7 +1,7 @@
 """Flight plans: the path of each AUV, and which stretches of it are lanes."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import dist
@@ -21,11 +21,12 @@ from ..geometry.routes import (
     there_and_back,
     waypoint_poses,
 )
-from .groups import Auv
+from .groups import Auv, Group
 from .sections.routes import Lawnmower, RouteTraits
 from .sections.survey import LONGEST_S, SHORTEST_S, SURVEY, SurveyEnd
 
 if TYPE_CHECKING:
+    from ..geometry.following import Slopes
     from ..geometry.ways import Water
 
 # Margin for vehicles with dynamics over their plan: for the start from rest (s), and a share of the
@@ -39,7 +40,7 @@ SIGMAS = 3.0
 @dataclass(frozen=True)
 class Planner:
     """The inputs of flight plans: AUVs and the route that they share, in metres; the area, the
-    heading of its lanes (rad), and the turning radius (m) of each AUV.
+    heading of its lanes (rad), and the turning radius (m) of each AUV; what paths of groups follow.
     """
 
     auvs: Sequence[Auv]
@@ -47,6 +48,7 @@ class Planner:
     area: Area
     lanes_heading: float
     radii: Sequence[float]
+    follows: "Mapping[Group, Slopes]" = field(default_factory=dict)
     _waters: "dict[float, Water]" = field(default_factory=dict)
 
     def plans(self) -> tuple[FlightPlan, ...]:
@@ -61,7 +63,19 @@ class Planner:
             plans = [self._over_lanes(lanes, shares[auv], auv) for auv in auvs]
         else:
             plans = [self._along_points(auv) for auv in auvs]
-        return tuple(self._surfaced(plan, auv) for auv, plan in enumerate(plans))
+        plans = [self._surfaced(plan, auv) for auv, plan in enumerate(plans)]
+        if self.follows:
+            plans = [self._deepened(plan, auv) for auv, plan in enumerate(plans)]
+        return tuple(plans)
+
+    def _deepened(self, plan: FlightPlan, auv: int) -> FlightPlan:
+        """Return the plan of an AUV along the bottom, if it keeps an altitude."""
+        slopes = self.follows.get(self.auvs[auv].group)
+        if slopes is None:
+            return plan
+        from ..geometry.following import following
+
+        return plan._replace(path=following(plan.path, slopes), tour=following(plan.tour, slopes))
 
     def _surfaced(self, plan: FlightPlan, auv: int) -> FlightPlan:
         """Return the plan of an AUV with ascents to the surface, if its route has them."""

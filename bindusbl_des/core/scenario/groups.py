@@ -17,7 +17,7 @@ from .scenario_keys import ScenarioKeys
 from .sections.navigation import Navigation
 from .sections.routes import Route
 from .sections.usbl import UsblSection
-from .sections.vehicles import AsvGroup, AsvVehicle, AuvGroup, AuvVehicle
+from .sections.vehicles import Altitude, AsvGroup, AsvVehicle, AuvGroup, AuvVehicle
 from .shipped_settings import Kinematic
 
 # Keys of a group that for all AUVs are not in `auvs`: the depth, and the errors of own sensors.
@@ -56,6 +56,8 @@ class Group:
     by_estimate: bool
     #: How long (s) they can be in the water; None: no limit.
     endurance_s: float | None
+    #: The altitude that they keep, if they keep one.
+    altitude: Altitude
 
     def key(self, name: str) -> str:
         """Return the dotted key that sets a value of this group, by the key's name."""
@@ -83,7 +85,10 @@ class Group:
         if self.own is None:
             return self.scenario
         given = {name: getattr(self.own, name) for name in type(self.own).model_fields}
-        changed: dict[str, dict[str, Any]] = {"auvs": {"groups": ()}, "survey": {}}
+        changed: dict[str, dict[str, Any]] = {
+            "auvs": {"groups": (), "depth": self.altitude},
+            "survey": {},
+        }
         for name, value in given.items():
             if value is not None and name != "count" and name not in ERRORS:
                 section = SECTIONS[name]
@@ -188,6 +193,7 @@ def groups_of(scenario: ScenarioKeys) -> Iterator[Group]:
             said["join_angle_deg"] or all_of.join_angle_deg,
             (said["feedback"] or all_of.feedback) == "estimate",
             said["endurance_s"] or all_of.endurance_s,
+            said["depth"] or (all_of.depth if said[DEPTH] is None else Altitude()),
         )
         begin += count
 

@@ -16,6 +16,7 @@ from ...support.mistakes import Problem
 from ...support.plain_data import leaves
 from ...support.plugins import is_plugin
 from ...support.wording import LONG_S, did_you_mean, plain, shortened, timed
+from .agreement.bottom import bottom_problems
 from .agreement.instruments import instruments_problems, sizes_problems, water_problems
 from .agreement.land import land_problems
 from .agreement.protocol import (
@@ -251,6 +252,7 @@ SUBJECTS = (
     route_problems,
     formation_problems,
     land_problems,
+    bottom_problems,
     failures_problems,
     _parts_problems,
     protocol_problems,

@@ -75,8 +75,42 @@ class Wind(Part):
     )
 
 
+class Bathymetry(Part):
+    """The bottom: a plane by depth and slope, or a chart of depths or heights in a file.
+
+    In a file of a scenario it may also be a number, which is `depth_m`, or a text, which is `file`.
+    """
+
+    depth_m: Real | None = key(
+        None, "m", "depth of the bottom at x = y = 0; null = as the file says", ge=0.1, le=12_000
+    )
+    slope_deg: Real = key(0.0, "deg", "angle at which that bottom falls away", ge=0, le=60)
+    slope_towards_deg: Real = key(
+        0.0, "deg", "direction in which it gets deeper, from +x to +y", ge=-360, le=360
+    )
+    file: Text | None = key(
+        None,
+        "",
+        "chart of the bottom: GeoTIFF or another grid that GDAL reads, NetCDF (GEBCO, EMODnet), or "
+        "text with a position and a depth or height a line (.xyz, .csv, .txt); relative to the "
+        "scenario file",
+    )
+    crs: Text | None = key(
+        None,
+        "",
+        "code of the grid of the file, such as EPSG:32760, EPSG:4326 for degrees, or `local` for "
+        "metres east and north of x = y = 0; null = as the file says",
+    )
+    positive: Literal["down", "up"] | None = key(
+        None,
+        "",
+        "down: the file has depths; up: heights, with the zero of surface_m; null = as the file "
+        "says, or as its numbers show, if all have one sign",
+    )
+
+
 class Environment(Part):
-    """The water: speed of sound, current, surface height, position on Earth; and the wind."""
+    """The water: speed of sound, current, bottom, surface height, position on Earth; the wind."""
 
     sound_speed_m_per_s: Real = key(1500.0, "m/s", "speed of sound c", PAPER, ge=1300, le=1700)
     temperature_c: Real | None = key(
@@ -121,6 +155,12 @@ class Environment(Part):
         "",
         "what is added to that current and differs from place to place or with time" + SET,
     )
+    bathymetry: Bathymetry | None = Field(
+        default=None,
+        description="the bottom, for altitudes, bottom lock, and ways that must not meet it; a "
+        "number is its depth, a text its file; null, unless one of its keys is given = it is "
+        "nowhere near",
+    )
     wind: Wind | None = Field(
         default=None,
         description="the wind, which moves vessels that sail; null, unless one of its keys is "
@@ -148,6 +188,15 @@ class Environment(Part):
         if isinstance(current, Mapping) and "file" in current and "model" not in current:
             return {"model": next(iter(CURRENT.having(lambda kind: kind.of_a_file))), **current}
         return current
+
+    @field_validator("bathymetry", mode="before")
+    @classmethod
+    def _in_short(cls, given: Any) -> Any:
+        """Read a number as the depth of a flat bottom, and a text as its file."""
+        if isinstance(given, str):
+            return {"file": given}
+        is_number = isinstance(given, int | float) and not isinstance(given, bool)
+        return {"depth_m": given} if is_number else given
 
     @field_validator("origin", mode="before")
     @classmethod

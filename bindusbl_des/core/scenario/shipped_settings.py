@@ -13,7 +13,7 @@ from .part_choice import Settings
 # Errors that a filter may leave out of its model
 Untold = Literal[
     "misalignment", "gnss", "sound_speed", "clock", "slow",
-    "velocity_bias", "scale_factor", "heading", "initial_position",
+    "velocity_bias", "scale_factor", "heading", "initial_position", "current",
 ]  # fmt: skip
 
 
@@ -21,7 +21,10 @@ class Kalman(Settings):
     """The settings of the filter `kalman`."""
 
     untold: tuple[Untold, ...] = key(
-        (), "", "errors of instruments, clocks and AUVs' own sensors that the filter does not model"
+        (),
+        "",
+        "errors of instruments, clocks and AUVs' own sensors that the filter does not model; "
+        "`current` is that which logs miss",
     )
     random_walk_m_per_sqrt_s: Real | None = key(
         None, "m/sqrt(s)", "process noise of the position; null = the scenario's", ge=0, le=1e3

@@ -33,13 +33,16 @@ from .sections.placements import OwnPlacement
 from .sections.routes import Lawnmower, OwnRoute, RouteTraits
 
 if TYPE_CHECKING:
-    from ...support.arrays import Floats
+    from ...support.arrays import Flags, Floats
+    from ..geometry.following import Slopes
     from ..geometry.land import Land
     from ..geometry.lanes import Share
+    from ..geometry.paths import Path
     from ..geometry.routes import FlightPlan
     from ..sea.water import Water
     from ..sea.water_column import Column, Profile
-    from ..vehicles.currents import Flow
+    from ..vehicles.bottom import Bottom, Keeping
+    from ..vehicles.currents import Flow, MissedCurrent
     from ..vehicles.fleet import Failures
     from ..vehicles.tracks import Track as RecordedTrack
     from .own_routes import PlanView
@@ -279,19 +282,166 @@ class Site(Facts):
 
         if families.CURRENT.declared(self.scenario.environment.current).is_uniform:
             return UNIFORM
-        ways: list[Callable[[Floats], Floats]] = []
-        for auv, plan, track, held in zip(
-            self.auvs, self.plans_that_ship, self.auv_tracks, self.held_places_m, strict=True
-        ):
-            way = partial(_stay, (*(held or self.area.centroid), auv.depth_m))
-            if track is not None:
-                way = partial(_tracked, *track)
-            elif plan is not None:
-                way = partial(_toured, plan.tour.sample, auv.speed_m_per_s, auv.depth_m)
-            ways.append(way)
+        ways = list(self.ways_that_ship)
         ways += [partial(_stay, (*place, 0.0)) for place in self.kept_stations_m]
         field = shipped_part(families.CURRENT, self.scenario.environment.current)(self)
         return flow_on(field, float(self.scenario.duration_s), ways, len(self.auvs))
+
+    @fact
+    def ways_that_ship(self) -> "tuple[Callable[[Floats], Floats], ...]":
+        """Where each AUV is planned to be (n, 3), m, as a function of instants (n,), s.
+
+        An AUV of a user-defined route holds the middle of the survey.
+        """
+        found: list[Callable[[Floats], Floats]] = []
+        for auv, plan, track, held in zip(
+            self.auvs, self.plans_that_ship, self.auv_tracks, self.held_places_m, strict=True
+        ):
+            place = held or self.area.centroid
+            way = partial(_stay, (*place, self.depth_at(auv, place)))
+            if track is not None:
+                way = partial(_tracked, *track)
+            elif plan is not None:
+                tour = self.tour_of(auv, plan)
+                way = partial(_toured, tour, auv.speed_m_per_s, auv.depth_m)
+            found.append(way)
+        return tuple(found)
+
+    @fact
+    def contours(self) -> "tuple[tuple[float, list[Floats]], ...]":
+        """Depths (m) of the bottom that maps show, each with its lines, (n, 2), x and y in m."""
+        if self.scenario.environment.bathymetry is None:
+            return ()
+        from ...models.charts.contours import contours
+
+        return tuple(contours(*self.bottom))
+
+    # The bottom, and what logs miss that do not see it
+
+    @property
+    def log_sees_m(self) -> float:
+        """Up to which height (m) above the bottom logs measure over ground; none: -inf."""
+        navigation = self.scenario.navigation
+        if navigation.velocity == "through_water":
+            return -math.inf
+        return math.inf if navigation.dvl_range_m is None else float(navigation.dvl_range_m)
+
+    def blind(self, places: "Floats") -> "Flags":
+        """Return whether an AUV's log misses the current at positions (n, 3), m, (n,)."""
+        if self.log_sees_m == math.inf:
+            sees = places[:, 0] == places[:, 0]
+        else:
+            sees = self.bottom.below(places) - places[:, 2] <= self.log_sees_m
+        found: Flags = ~sees
+        return found
+
+    @fact
+    def missed(self) -> "MissedCurrent | None":
+        """The current that logs miss on the AUVs' planned ways; None where they miss none.
+
+        Of logs that see the bottom here and there all of it is in the flow, and nothing but its
+        variation is uniform.
+        """
+        from ..vehicles.currents import SAMPLES, MissedCurrent, met_on
+
+        water = self.scenario.environment
+        speed, varies = water.current_m_per_s, water.current_variation_m_per_s
+        towards, lasts = math.radians(water.current_direction_deg), water.current_variation_time_s
+        if self.log_sees_m == math.inf:
+            return None
+        if self.scenario.navigation.velocity == "through_water":
+            return MissedCurrent(speed, towards, varies, lasts, self.flow, water.has_field)
+        import numpy as np
+
+        times = np.linspace(0.0, float(self.scenario.duration_s), SAMPLES)
+        steady, met, share = speed * np.array((math.cos(towards), math.sin(towards))), [], 0.0
+        for way in self.ways_that_ship:
+            places = way(times)
+            blind = self.blind(places)
+            share += float(blind.mean()) / len(self.auvs)
+            met.append((steady + self.flow.at(times, places)) * blind[:, np.newaxis])
+        flow = met_on(self.flow.field, np.stack(met), times, len(met))
+        return MissedCurrent(0.0, 0.0, varies * math.sqrt(share), lasts, flow, True)
+
+    @fact
+    def bottom(self) -> "Bottom":
+        """The depth of the bottom around survey, stations and ends of routes (survey frame, m).
+
+        Raises:
+            ValueError: with key and remedy, when its file is unusable, or a hull cannot turn.
+        """
+        from ..vehicles.bottom import UNKNOWN, Bottom
+
+        asked = self.scenario.environment.bathymetry
+        if asked is None:
+            return UNKNOWN
+        from ...models.charts.bottoms import Around, plane, read_bottom
+        from ..geometry.geodesy import ned_at_depth
+
+        places = [*self.area.outline]
+        asked_auvs = auvs_of(self.scenario, self.groups)  # whose depths may follow from the bottom
+        places += [end for auv in asked_auvs for end in auv[-2:] if end is not None]
+        if not isinstance(self.scenario.asvs.formation, OwnPlacement):
+            places += self.kept_stations_m
+        for wing in self.wings:
+            if not isinstance(wing.asked, OwnRoute):
+                for points in self._positioned(wing.asked).places:
+                    places += points
+        water = self.scenario.environment.surface_m
+        around = Around.of(places, max(self.turning_radii_m), self.ground, water, ned_at_depth)
+        key = "environment.bathymetry"
+        if asked.file is None:
+            if asked.depth_m is None:
+                raise ValueError(f"{key}: gives neither depth_m nor file; give one of them")
+            return Bottom(*plane(asked.depth_m, asked.slope_deg, asked.slope_towards_deg, around))
+        try:
+            if asked.depth_m is not None or asked.slope_deg:
+                raise ValueError("excludes depth_m and slope_deg; keep one of them")
+            return Bottom(*read_bottom(asked.file, asked.crs, asked.positive, around))
+        except (ValueError, OSError) as error:
+            raise ValueError(f"{key}.file: {error}") from None
+
+    def keeping(self, group: Group) -> "Keeping | None":
+        """Return how the AUVs of a group keep their altitude; None where they keep a depth, or the
+        bottom is unusable, which `bottom` reports.
+        """
+        asked = group.altitude
+        try:
+            if asked.altitude_m is None or not self.bottom.is_known:
+                return None
+        except ValueError:
+            return None
+        from ..vehicles.bottom import Keeping
+
+        deepest = max(float(self.bottom.deepest) - asked.altitude_m, asked.shallowest_m)
+        return Keeping(asked.altitude_m, asked.shallowest_m, deepest)
+
+    @fact
+    def follows(self) -> "dict[Group, Slopes]":
+        """What the planned ways follow of AUVs that keep an altitude, by their group."""
+        from ..geometry.following import Slopes
+
+        found = dict[Group, Slopes]()
+        for group in self.groups:
+            if (kept := self.keeping(group)) is not None:
+                steepest = math.tan(math.radians(group.altitude.climb_angle_deg))
+                wanted = partial(kept.depths, self.bottom)
+                found[group] = Slopes(wanted, kept.deepest_m, steepest, self.bottom.step_m)
+        return found
+
+    def tour_of(self, auv: Auv, plan: "FlightPlan") -> "Path":
+        """Return the tour of an AUV with its planned depths, which an autopilot finds itself."""
+        slopes = self.follows.get(auv.group)
+        if slopes is None or not auv.group.vehicle.is_steered:
+            return plan.tour
+        from ..geometry.following import following
+
+        return following(plan.tour, slopes)
+
+    def depth_at(self, auv: Auv, place: Point) -> float:
+        """Return the depth (m) at which an AUV goes at a position (m)."""
+        kept = self.keeping(auv.group)
+        return auv.depth_m if kept is None else float(kept.depths(self.bottom, [place])[0])
 
     @property
     def _column(self) -> "Column | None":
@@ -353,8 +503,20 @@ class Site(Facts):
 
     @fact
     def auvs(self) -> tuple[Auv, ...]:
-        """Each AUV's group, speed (m/s), depth (m), and where it is launched and recovered (m)."""
-        return tuple(auvs_of(self.scenario, self.groups))
+        """Each AUV's group, speed (m/s), depth (m), and where it is launched and recovered (m).
+
+        The depth of AUVs that keep an altitude is the greatest that they go to around the survey.
+        """
+        asked = tuple(auvs_of(self.scenario, self.groups))
+        kept = {
+            group: self.keeping(group)
+            for group in self.groups
+            if group.altitude.altitude_m is not None
+        }
+        return tuple([
+            auv if (own := kept.get(auv.group)) is None else auv._replace(depth_m=own.deepest_m)
+            for auv in asked
+        ])  # fmt: skip
 
     @fact
     def deepest_m(self) -> float:
@@ -408,7 +570,8 @@ class Site(Facts):
         Raises:
             ValueError: when a hull cannot go at the speed asked of it.
         """
-        found = {(auv.group, auv.speed_m_per_s): 0.0 for auv in self.auvs}
+        auvs = list(auvs_of(self.scenario, self.groups))  # whose depths may follow from this
+        found = {(auv.group, auv.speed_m_per_s): 0.0 for auv in auvs}
         for group, speed in found:
             vehicle = group.vehicle
             if not vehicle.has_dynamics:
@@ -423,7 +586,7 @@ class Site(Facts):
             except ValueError as error:
                 key = group.key("speed_m_per_s")
                 raise ValueError(f"{key}: {error}") from None
-        return tuple(found[auv.group, auv.speed_m_per_s] for auv in self.auvs)
+        return tuple(found[auv.group, auv.speed_m_per_s] for auv in auvs)
 
     # The routes of the AUVs
 
@@ -485,6 +648,13 @@ class Site(Facts):
                     self.area,
                     self.lanes_heading_rad(wing),
                     [self.turning_radii_m[auv] for auv in wing.members],
+                    {
+                        group: self.follows[group]
+                        for group in self.groups
+                        if group.altitude.altitude_m is not None
+                        and not group.vehicle.is_steered
+                        and group in self.follows
+                    },
                 )
                 planned |= zip(wing.members, planner.plans(), strict=True)
         return tuple(map(planned.get, range(len(self.auvs))))
@@ -822,13 +992,12 @@ def _tracked(instants: "Floats", places: "Floats", times: "Floats") -> "Floats":
     return np.column_stack([np.interp(times, instants, column) for column in places.T])
 
 
-def _toured(
-    sample: "Callable[[Floats], Floats]", speed: float, depth: float, times: "Floats"
-) -> "Floats":
+def _toured(tour: "Path", speed: float, depth: float, times: "Floats") -> "Floats":
     """Return the positions (m) on a tour at a speed (m/s) and depth (m) at instants (s), (n, 3)."""
     import numpy as np
 
-    return np.column_stack((sample(speed * times)[:, :2], np.full(len(times), depth)))
+    along = speed * times
+    return np.column_stack((tour.sample(along)[:, :2], depth - tour.heights(along)))
 
 
 def _land(polygons: tuple[Rings, ...]) -> "Land | None":

@@ -135,7 +135,7 @@ def fastest(field: Field) -> float:
 
 
 @inlined
-def _between(axis: Floats, value: float) -> tuple[int, float]:
+def between(axis: Floats, value: float) -> tuple[int, float]:
     """Return the entry of a rising axis at or before a value, and the share of the way to the next;
     of the first or last two entries for a value beyond them.
     """
@@ -170,10 +170,10 @@ def beyond(field: Field, time: float, x: float, y: float, z: float) -> tuple[flo
         along_x -= turning * off_y
         along_y += turning * off_x
     if field.values.size > 0:
-        first, later = _between(field.times, time)
-        above, deeper = _between(field.depths, z)
-        south, norther = _between(field.xs, x)
-        west, easter = _between(field.ys, y)
+        first, later = between(field.times, time)
+        above, deeper = between(field.depths, z)
+        south, norther = between(field.xs, x)
+        west, easter = between(field.ys, y)
         for corner in range(16):
             t, k, n, m = corner & 1, corner >> 1 & 1, corner >> 2 & 1, corner >> 3
             weight = later if t else 1.0 - later
@@ -228,6 +228,19 @@ class Flow(NamedTuple):
         return sampled(self.field, times, places)
 
 
+class MissedCurrent(NamedTuple):
+    """The current that logs miss: speed (m/s) and direction (rad) of its uniform part, the standard
+    deviation (m/s) and time constant (s) of its variation, and what differs on the AUVs' ways.
+    """
+
+    speed_m_per_s: float
+    towards_rad: float
+    varies_m_per_s: float
+    lasts_s: float
+    flow: Flow
+    has_field: bool
+
+
 # A current that is the same everywhere has nothing beyond that
 UNIFORM = Flow(STILL, np.zeros((0, 2)), np.zeros(0), 0.0, 0.0, 0.0)
 
@@ -241,7 +254,7 @@ def flow_on(field: Field, lasts: float, ways: Sequence[Way], auvs: int) -> Flow:
     Raises:
         ValueError: where a vehicle is to go and the field has no water.
     """
-    times, wander = np.linspace(0.0, lasts, SAMPLES), 0.0
+    times = np.linspace(0.0, lasts, SAMPLES)
     met = np.stack([sampled(field, times, way(times)) for way in ways])
     if len(dry := np.argwhere(np.isnan(met).any(axis=2))):
         way, k = dry[0].tolist()
@@ -251,7 +264,14 @@ def flow_on(field: Field, lasts: float, ways: Sequence[Way], auvs: int) -> Flow:
             f"environment.current.file: has no water where {who} is at {times[k]:.0f} s: x {x:.0f} "
             f"m, y {y:.0f} m, depth {z:.1f} m; it is land there, below the bottom, or outside"
         )
-    field = field._replace(values=np.nan_to_num(field.values))
+    return met_on(field._replace(values=np.nan_to_num(field.values)), met, times, auvs)
+
+
+def met_on(field: Field, met: Floats, times: Floats, auvs: int) -> Flow:
+    """Return a field, and what is met of it on ways, (ways, n, 2), m/s, at instants (n,), s; see
+    :func:`flow_on`.
+    """
+    wander = 0.0
     for lag in (2 ** np.arange(int(math.log2(SAMPLES)))).tolist():
         change = np.square(met[:auvs, lag:] - met[:auvs, :-lag]).sum(axis=2).mean() / 2.0
         wander = max(wander, float(change / times[lag]))

@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 from ...support.arrays import Floats
 from ...support.compiled import compiled, inlined
 from ..records.rows import Row, Rows
-from .currents import CONTROL_S
+from .bottom import UNKNOWN, Bottom, below
+from .currents import CONTROL_S, STILL, Field, beyond
 
 
 class DeadReckoned(NamedTuple):
@@ -140,9 +141,9 @@ class Wrong(NamedTuple):
     `walks` (n, samples, 2): random walk (m) along x and y at instants k / `rate` (Hz), linear
     between. `biases` (n, k, 2): velocity bias (m/s), ahead and to starboard if `in_body`, else
     along x and y, each constant for `held_s` (s).  `offsets` (n, k, 2), m: the o above, as far as
-    the path is known. `skews` (n,): SKEW. `swept` (n, k, 2), m: how far the field of the current
-    has carried the water where the vehicle was, at control intervals, as far as the path is known;
-    k is 1 where a log measures over ground, or the current has no field.
+    the path is known. `skews` (n,): SKEW. `swept` (n, k, 2), m: how far the current that is no part
+    of the walks has carried the water where the vehicle was, while its log missed it, at control
+    intervals, as far as the path is known; k is 1 where there is none (:class:`Missed`).
     """
 
     walks: Annotated[Floats, 3]
@@ -234,6 +235,43 @@ def _swept(time: float, swept: Floats, vehicle: int) -> tuple[float, float]:
     x += share * (swept[vehicle, held + 1, 0] - x)
     y += share * (swept[vehicle, held + 1, 1] - y)
     return x, y
+
+
+class Missed(NamedTuple):
+    """What velocity logs miss: the current, unless they see the bottom.
+
+    The `field` of the current; its uniform part (k, 2), m/s, in each control interval, without rows
+    where the walks have it; the `bottom`, and up to which height (m) above it logs see it: none for
+    those that always measure through the water.
+    """
+
+    field: Field
+    uniform: Annotated[Floats, 2]
+    bottom: Bottom
+    sees_m: float
+
+
+# Of logs that measure over ground, or without a current
+NOTHING = Missed(STILL, np.zeros((0, 2)), UNKNOWN, inf)
+
+
+@inlined
+def sees(bottom: Bottom, range_m: float, x: float, y: float, z: float) -> bool:
+    """Return whether a log at a position (m) sees the bottom, up to a height (m) above it."""
+    return below(bottom, x, y) - z <= range_m
+
+
+@compiled
+def missed_at(missed: Missed, interval: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """Return the velocity (m/s) that a log at a position (m) misses in a control interval."""
+    if sees(missed.bottom, missed.sees_m, x, y, z):
+        return 0.0, 0.0
+    north, east = beyond(missed.field, interval * CONTROL_S, x, y, z)
+    if missed.uniform.shape[0] > 0:
+        last = min(interval, missed.uniform.shape[0] - 1)
+        north += missed.uniform[last, 0]
+        east += missed.uniform[last, 1]
+    return north, east
 
 
 @inlined

@@ -117,13 +117,12 @@ InDegrees = Callable[[Sequence[tuple[float, float]]], list[Degrees]]
 
 
 @cache
-def to_degrees(code: str) -> InDegrees:
-    """Return what turns places of a grid, east and north in its unit, into latitude and longitude
-    (deg, WGS-84); `code` is such as EPSG:32760.
+def grid_of(code: str) -> tuple[Any, Any]:
+    """Return the coordinate system of a code, and what transforms its places, east and north, to
+    longitude and latitude (deg, WGS-84).
 
     Raises:
-        BadChart: when there is no such code, it is of no grid, or pyproj is not installed; so does
-            what is returned, of a place that is nowhere in that grid.
+        BadChart: when there is no such code, it is of no grid, or pyproj is not installed.
     """
     try:
         from pyproj import CRS, Transformer
@@ -139,7 +138,19 @@ def to_degrees(code: str) -> InDegrees:
         ) from None
     if not (grid.is_projected or grid.is_geographic):
         raise BadChart(f"{code} ({grid.name}) is no grid of places on a map; name its map grid")
-    transformer = Transformer.from_crs(grid, "EPSG:4326", always_xy=True)
+    return grid, Transformer.from_crs(grid, "EPSG:4326", always_xy=True)
+
+
+@cache
+def to_degrees(code: str) -> InDegrees:
+    """Return what turns places of a grid, east and north in its unit, into latitude and longitude
+    (deg, WGS-84); `code` is such as EPSG:32760.
+
+    Raises:
+        BadChart: when there is no such code, it is of no grid, or pyproj is not installed; so does
+            what is returned, of a place that is nowhere in that grid.
+    """
+    grid, transformer = grid_of(code)
     used = grid.area_of_use
 
     def in_degrees(places: Sequence[tuple[float, float]]) -> list[Degrees]:

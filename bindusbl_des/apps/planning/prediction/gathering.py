@@ -288,20 +288,20 @@ def _current(setup: Setup, auv: int, assumed: float, wander: float) -> list[Drif
     """Return the current as a velocity error of dead reckoning through the water; a field as its
     mean along the AUV's way, about which it varies.
     """
-    water = setup.scenario.environment
-    moves = assumed or water.current_m_per_s or water.current_variation_m_per_s
-    if setup.scenario.navigation.velocity == "over_ground" or not (moves or water.has_field):
+    water = setup.missed
+    moves = water and (assumed or water.speed_m_per_s or water.varies_m_per_s)
+    if water is None or not (moves or water.has_field):
         return []
-    heading, speed = radians(water.current_direction_deg), water.current_m_per_s
-    mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.current_variation_m_per_s
-    lasts = None if wander else water.current_variation_time_s if varies else None
+    heading, speed = water.towards_rad, water.speed_m_per_s
+    mean, varies = (-speed * cos(heading), -speed * sin(heading)), water.varies_m_per_s
+    lasts = None if wander else water.lasts_s if varies else None
     if water.has_field:
-        (north, east), rms = setup.flow.means[auv].tolist(), setup.flow.rms[auv]
+        (north, east), rms = water.flow.means[auv].tolist(), water.flow.rms[auv]
         mean = mean[0] - north, mean[1] - east
         square = max(float(rms) ** 2 - north**2 - east**2, 0.0) / 2.0 + varies**2
-        rate = setup.flow.wander
+        rate = water.flow.wander
         if varies:
-            rate += 2.0 * varies**2 / water.current_variation_time_s
+            rate += 2.0 * varies**2 / water.lasts_s
         varies, lasts = sqrt(square), None if wander or not rate else 2.0 * square / rate
     return [DriftSource("world", mean, (varies, varies), (assumed, assumed), lasts, wander)]
 

@@ -35,7 +35,7 @@ def _places(site: Site) -> Iterator[Problem]:
     formation = site.scenario.asvs.formation
     kept: list[tuple[str, str, Point]] = []
     if not formation.moves:
-        kept += _stations(site)
+        kept += stations_of(site)
     for number, place in enumerate(getattr(formation, "start_m", None) or ()):
         kept.append((f"asvs.formation.start_m.{number}", f"ASV{number}", place))
     for number, auv in enumerate(site.auvs):
@@ -61,7 +61,8 @@ def _places(site: Site) -> Iterator[Problem]:
 _LAND = ("survey.land", "survey.keep_out", "survey.area")
 
 
-def _stations(site: Site) -> list[tuple[str, str, Point]]:
+def stations_of(site: Site) -> list[tuple[str, str, Point]]:
+    """Return the stations of vessels that keep them: key, name and place (m) of each."""
     formation = site.scenario.asvs.formation
     try:
         stations = site.stations_m

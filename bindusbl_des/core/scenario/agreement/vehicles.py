@@ -204,7 +204,9 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
     yield from _wind(site)
     flows = max(water.current_m_per_s, water.current_variation_m_per_s) > 0 or water.has_field
     feels = any(group.vehicle.is_steered for group in site.groups) or not site.keeps_still
-    if flows and not feels and site.scenario.navigation.velocity == "over_ground":
+    sees_all = site.scenario.navigation.dvl_range_m is None
+    is_over = site.scenario.navigation.velocity == "over_ground"
+    if flows and not feels and is_over and sees_all:
         yield Problem(
             f"environment.{'current' if water.has_field else 'current_m_per_s'}",
             "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "

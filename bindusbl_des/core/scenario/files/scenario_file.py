@@ -174,7 +174,9 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         try:
             scenario = Scenario.model_validate(data)
             found = (
-                problem for problem in misplaced_tracks(scenario) if problem.key not in misread
+                problem
+                for problem in misplaced_tracks(scenario)
+                if not _is_below(problem.key, misread)
             )
             _note_contradictions(document, found)
             _note_contradictions(document, _short_cast(scenario))
@@ -184,7 +186,8 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
         if details[0]["type"] == "inconsistent":
             problems = details[0]["ctx"]["problems"]
             _note_contradictions(
-                document, (problem for problem in problems if problem.key not in misread)
+                document,
+                (problem for problem in problems if not _is_below(problem.key, misread)),
             )
             return None
         findings = [detail["ctx"]["finding"] for detail in details]
@@ -194,6 +197,11 @@ def _settled(document: Document, folder: FilePath) -> Scenario | None:
             if dotted(finding.path) not in misread:
                 _note(document, finding)
             _set_aside(data, finding.path)
+
+
+def _is_below(key: str, others: set[str]) -> bool:
+    """Return whether a dotted key is one of others, or below it."""
+    return any(key == other or key.startswith(f"{other}.") for other in others)
 
 
 def _note(document: Document, finding: Finding) -> None:

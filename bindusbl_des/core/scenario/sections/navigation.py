@@ -234,6 +234,15 @@ class Navigation(Section):
     velocity: Literal["over_ground", "through_water"] = key(
         "over_ground", "", "velocity that dead reckoning integrates; through_water misses currents"
     )
+    dvl_range_m: Real | None = key(
+        None,
+        "m",
+        "height above the bottom (environment.bathymetry) up to which the log measures over "
+        "ground (bottom lock); higher up, and where the bottom is not known, it measures through "
+        "the water; null = no matter how high",
+        ge=0.1,
+        le=1e3,
+    )
     random_walk_m_per_sqrt_s: Real = key(
         0.027, "m/sqrt(s)", "random walk sigma", PAPER, ge=0, le=1e3
     )

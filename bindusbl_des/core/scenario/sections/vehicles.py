@@ -217,6 +217,30 @@ class Failure(Part):
         return self.at_s <= time and (self.until_s is None or time < self.until_s)
 
 
+class Altitude(Part):
+    """A height above the bottom that AUVs keep, beside the depth that `survey.depth_m` is."""
+
+    altitude_m: Real | None = key(
+        None,
+        "m",
+        "height above the bottom (environment.bathymetry) at which AUVs go; null = at "
+        "survey.depth_m",
+        ge=0.1,
+        le=11e3,
+    )
+    shallowest_m: Real = key(
+        1.0, "m", "depth above which AUVs do not rise to keep it", ge=0, le=1e3
+    )
+    climb_angle_deg: Real = key(
+        20.0,
+        "deg",
+        "steepest climb and dive of AUVs without dynamics, which know the bottom and climb early; "
+        "others follow what is below them, as their autopilots can",
+        ge=1,
+        le=60,
+    )
+
+
 Speed = Annotated[Real, Field(ge=0.001, le=20)]
 Late = Annotated[Real, Field(ge=0, le=10)]
 
@@ -240,6 +264,9 @@ class Auvs(Section):
     )
     speeds_m_per_s: tuple[Speed, ...] | None = key(
         None, "m/s", "speed of each AUV; null = speed_m_per_s for all of them"
+    )
+    depth: Altitude = Field(
+        default=Altitude(), description="an altitude that AUVs keep, instead of a depth"
     )
     join_angle_deg: Real = key(
         20.0, "deg", "angle at which an AUV rejoins a line after it has turned about", ge=0.1, le=45
@@ -329,6 +356,11 @@ class AuvGroup(Part):
     vehicle: AuvVehicle | None = _as_of(Auvs, "vehicle")
     speed_m_per_s: Real | None = _as_of(Auvs, "speed_m_per_s")
     depth_m: Real | None = _as_of(Survey, "depth_m")
+    depth: Altitude | None = Field(
+        default=None,
+        description="an altitude that the AUVs of the group keep; null = as for all, or depth_m, "
+        "if the group has one",
+    )
     join_angle_deg: Real | None = _as_of(Auvs, "join_angle_deg")
     route: Route | None = Field(
         default=None,

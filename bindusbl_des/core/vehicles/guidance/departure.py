@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ....support.arrays import Floats
 from ...geometry.paths import Path
+from ..bottom import UNKNOWN, Bottom, Keeping
 from ..currents import CONTROL_S
 from ..hulls.fleet import find, parameters, steady_speed, steady_turn
 from ..hulls.rk4 import MODELS
@@ -39,7 +40,7 @@ class DeparturePlan:
     """Paths or stations of the vehicles of a fleet, and their names.
 
     AUVs follow `paths` at a speed and a depth, either one number for all or one for each; ASVs keep
-    `stations` (n, 2), m.
+    `stations` (n, 2), m.  AUVs may be `keeping` an altitude above the `bottom` instead of a depth.
     """
 
     paths: Sequence[Path] | None = None
@@ -47,6 +48,8 @@ class DeparturePlan:
     speed_m_per_s: ArrayLike = 0.0
     depth_m: ArrayLike = 0.0
     names: Sequence[str] | None = None
+    keeping: Keeping | None = None
+    bottom: Bottom = UNKNOWN
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ Nothing is decided within a control interval, so the number of intervals flown i
 no bit of a track.
 """
 
-from math import ceil, hypot, isfinite, nan
+from math import ceil, hypot, inf, isfinite, nan
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from ....support.arrays import Flags, Floats, Ints
 from ....support.compiled import compiled, inlined
 from ....support.packed import unpacked
 from ...records.rows import LEARNT, Row, Rows
+from ..bottom import Bottom, Keeping, kept_depth
 from ..currents import Field, beyond, flows
 from ..hulls import bluerov2, cybership2, forces, otter, remus100, rk4
 from ..hulls.forces import Current, MovedVehicle
@@ -32,7 +33,7 @@ from ..motion import (
     turned_over,
     walked,
 )
-from ..reckoning import sweep
+from ..reckoning import sees, sweep
 from . import sensing, tracks
 from .sensing import Craft, NavigationState, Sensed, SteeringDrift
 from .tracks import PathPoint, PathTracks
@@ -42,7 +43,8 @@ HEADWAY = 0.02  # of the speed demanded: less of it along its path is no headway
 ARRIVED = 1.0  # m before its path's end, a vehicle that slows down there counts as arrived
 PATIENT_FOR = 3  # times in a row: a correction may take a vehicle back once
 
-# The order to a vehicle: station or path origin (m), speed (m/s), depth (m)
+# The order to a vehicle: station or path origin (m), speed (m/s), depth (m), which changes where it
+# keeps an altitude
 ORDER = np.dtype([(name, "f8") for name in ("north", "east", "speed", "depth")])
 
 # The monitor of a vehicle: how far (m) and how long (s) it may be off station, since when (s) and
@@ -75,8 +77,9 @@ class Flight(NamedTuple):
 
     The `craft` and the coefficients of its `hull`; by vehicle: `states`, `vessels`, `paths`, GNSS
     `noise` (n, intervals or 1, 2), `corrections` (n, 2), `learnt`, `logs` (n, boundaries, COLUMNS),
-    `active` row of the path and `saturated` (n, intervals).  `currents` (any, 2): the last row
-    persists; the `field` adds to it. `lost` (2,): the condition of the vehicle that was lost, and
+    `active` row of the path and `saturated` (n, intervals).  AUVs are `keeping` an altitude above
+    the `bottom`, if it is known.  `currents` (any, 2): the last row persists; the `field` adds to
+    it. `lost` (2,): the condition of the vehicle that was lost, and
     since when (s).
     """
 
@@ -85,6 +88,8 @@ class Flight(NamedTuple):
     states: Annotated[Floats, 2]
     vessels: Annotated[Rows, VESSEL]
     paths: PathTracks
+    bottom: Bottom
+    keeping: Keeping
     currents: Annotated[Floats, 2]
     field: Field
     drift: SteeringDrift
@@ -159,6 +164,7 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
     known = NavigationState(by.drift, by.noise, by.corrections, by.learnt, has_learnt, by.logs)
     model, size, control, step, steps = craft
     swept, has_field = by.drift.wrong.swept, flows(by.field)
+    keeps, sees_m = by.keeping.altitude_m > 0.0, by.drift.sees_m
     vehicle, wanted = rk4.moving(size), np.empty(6)
     aim, turning, reached = PathPoint(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), 0.0, nan
     for i in range(by.states.shape[0]):
@@ -175,11 +181,17 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
             if has_field:
                 more_n, more_e = beyond(by.field, time, line[X], line[Y], line[Z])
                 current = Current(current.north + more_n, current.east + more_e)
-                if swept.shape[1] > 1:
+                if swept.shape[1] > 1 and by.drift.through_water:
                     sweep(swept, i, interval, more_n, more_e)
+            misses = by.drift.through_water
+            if sees_m < inf and not misses:
+                misses = not sees(by.bottom, sees_m, line[X], line[Y], line[Z])
+                share = 1.0 if misses else 0.0
+                if swept.shape[1] > 1:
+                    sweep(swept, i, interval, share * current.north, share * current.east)
             ahead, aside, _ = forces.along_body(current, vehicle.angles)
             sensed = sensing.sense(
-                craft, i, vehicle, line, (ahead, aside), interval, current, known, vessel
+                craft, i, vehicle, line, (ahead, aside), interval, current, known, vessel, misses
             )
             if paths.rows.size > 0:  # there are paths, and stations are at the origin
                 aim = tracks.locate(paths.rows, bound, way, sensed.off_n, sensed.off_e)
@@ -187,6 +199,8 @@ def fly(packed: int, has_learnt: bool, first: int, last: int) -> int:
                 reached = tracks.travelled(paths.rows, way) if aim.left > ARRIVED else nan
                 if model != forces.BLUEROV2:  # a BlueROV2 begins turns where the path does
                     turning = _turning(sensed, aim, paths, bound, way)
+            if keeps:
+                order.depth = kept_depth(by.bottom, line[X], line[Y], by.keeping, order.depth)
             full = _steer(craft, sensed, aim, turning, p, vessel, wanted, vehicle.command)
             by.saturated[i, interval] = full
             north, east = line[X] - order.north, line[Y] - order.east

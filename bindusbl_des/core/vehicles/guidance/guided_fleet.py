@@ -1,7 +1,7 @@
 """A fleet with dynamics under way: vehicles of one model, each with its controller, in one sea."""
 
 from collections.abc import Mapping, Sequence
-from math import ceil, cos, degrees, isfinite, pi, sin
+from math import ceil, cos, degrees, inf, isfinite, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from ....support.packed import Packed
 from ...geometry.paths import Path, Segment
 from ...records.rows import LEARNT, Rows
 from .. import motion
+from ..bottom import Keeping
 from ..currents import SAMPLES, STILL, Field, beyond, sampled
 from ..hulls import rk4
 from ..hulls.fleet import find, numbers, parameters
@@ -228,7 +229,7 @@ class GuidedFleet:
             self.tracks = tracks.nowhere(count)
             self._lie_at_stations()
         else:
-            self._begin_paths(paths, hull, float(drift.through_water))
+            self._begin_paths(plan, paths, hull, drift)
             if kind.cannot_stop:
                 paths = [
                     circled(path, smallest_turn(model, speed, overrides))
@@ -248,17 +249,27 @@ class GuidedFleet:
         #: All arrays that compiled code reads and writes.
         self.flight = Packed(
             flight.Flight(
-                craft, rk4.packed(hull), self._states, self._own, self.tracks, self._currents,
-                field, drift, noise, self.corrections, self.learnt, self.logs, self.active,
+                craft, rk4.packed(hull), self._states, self._own, self.tracks,
+                plan.bottom, plan.keeping or Keeping(0.0, 0.0, 0.0), self._currents, field, drift,
+                noise, self.corrections, self.learnt, self.logs, self.active,
                 self.at_limit, self._lost,
             )
         )  # fmt: skip
         self._move_on(0)  # write the lines of the start
 
-    def _begin_paths(self, paths: Sequence[Path], hull: Coefficients, missed: float) -> None:
-        """Put AUVs where their paths begin; their logs miss a share of the current."""
+    def _begin_paths(
+        self,
+        plan: DeparturePlan,
+        paths: Sequence[Path],
+        hull: Coefficients,
+        drift: SteeringDrift,
+    ) -> None:
+        """Put AUVs where their paths begin; some logs miss the current there."""
         kind, orders = self.model, self._own["order"]
         self._own["watch"]["reach"] = np.inf
+        if plan.keeping is not None:
+            starts = [path.start for path in paths]
+            orders["depth"] = plan.keeping.depths(plan.bottom, starts)
         self._states[:, 2] = orders["depth"]
         for number, path in enumerate(paths):
             state, memory = self._states[number], self._own[number][kind.autopilot]
@@ -266,7 +277,9 @@ class GuidedFleet:
             assert kind.begin is not None
             speed = float(orders["speed"][number])
             current = self._first_current(*state[:3].tolist())
-            kind.begin(hull, speed, current, missed, memory, state)
+            high = float(plan.bottom.below([state[:2]])[0]) - state[2]
+            misses = drift.through_water or (drift.sees_m < inf and not high <= drift.sees_m)
+            kind.begin(hull, speed, current, float(misses), memory, state)
 
     def _first_current(self, x: float, y: float, z: float) -> Floats:
         """Return the current (m/s) at a position (m) as the mission begins, (2,)."""

@@ -10,7 +10,7 @@ straight line fitted to that sum, with fading memory, has this rate as its slope
 filter the position: the vehicle steers by the fused estimate.
 """
 
-from math import ceil, cos, exp, floor, pi, sin
+from math import ceil, cos, exp, floor, inf, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -101,11 +101,13 @@ class SteeringDrift(NamedTuple):
     """The errors of the dead reckoning by which vehicles steer.
 
     With `through_water` the log has no bottom lock and misses the current, which is then part of
-    the `walks` of `wrong`.  Biases that change are constant within a control interval.
+    the `walks` of `wrong`; else it misses the current higher above the bottom than `sees_m` (m).
+    Biases that change are constant within a control interval.
     """
 
     wrong: Wrong
     through_water: bool = False
+    sees_m: float = inf
 
 
 class Craft(NamedTuple):
@@ -179,7 +181,7 @@ def for_fleet(
             f"{model}: drift.held_s is {wrong.held_s:g}; biases that change are held for a control "
             f"interval of {control:g} s"
         )
-    return SteeringDrift(wrong._replace(walks=walks), bool(drift.through_water))
+    return drift._replace(wrong=wrong._replace(walks=walks))
 
 
 @inlined
@@ -216,6 +218,7 @@ def learn_drift(time: float, north: float, east: float, line: Row) -> None:
         return
     if line.seen_at == 0.0:
         line.end[0], line.end[1] = north, east
+        line.rate[0] = line.rate[1] = 0.0
     past = max(time - line.seen_at, AT_ONCE)
     kept = exp(-past / min(MEMORY, (time + YOUNGEST) / YOUNG))
     for axis in range(2):
@@ -229,20 +232,20 @@ def learn_drift(time: float, north: float, east: float, line: Row) -> None:
 @inlined
 def sense(
     craft: Craft, number: int, vehicle: MovedVehicle, line: Floats, flow: tuple[float, float],
-    interval: int, current: Current, known: NavigationState, vessel: Row,
+    interval: int, current: Current, known: NavigationState, vessel: Row, misses: bool,
 ) -> Sensed:  # fmt: skip
     """Return what the vehicle `number` knows at the beginning of a control interval.
 
     Attitude and rates are true but for the heading, which is by compass.  The log of a REMUS always
     measures the velocity ahead and to starboard through the water; `flow` (m/s) is the current
-    there.
+    there, which a log that `misses` it does not see.
     """
     time, order, wrong = interval * craft.control, vessel.order, known.drift.wrong
     lies = posture(vehicle, wrong.skews[number].turned)
     x, y, north, east = line[X], line[Y], line[RATES + X], line[RATES + Y]
     ahead = aside = 0.0
     if vehicle.state.size >= forces.PITCHING_STATE:  # surface craft do not ask for it
-        share = 1.0 if known.drift.through_water or craft.model != forces.BLUEROV2 else 0.0
+        share = 1.0 if misses or craft.model != forces.BLUEROV2 else 0.0
         ahead, aside = vehicle.state[6] - share * flow[0], vehicle.state[7] - share * flow[1]
     cosine, sine = by_compass(line[COS], line[SIN], wrong, number)
     if wrong.biases.shape[1] > 1 and interval > 0:
@@ -253,7 +256,7 @@ def sense(
     right_n, right_e = known.corrections[number, 0], known.corrections[number, 1]
     off_n = x + wrong_n + known.noise[number, fix, 0] + right_n - order.north
     off_e = y + wrong_e + known.noise[number, fix, 1] + right_e - order.east
-    share = 1.0 if known.drift.through_water else 0.0
+    share = 1.0 if misses else 0.0
     water = north - share * current.north, east - share * current.east
     heading = lies.c_yaw, lies.s_yaw
     log = _read_log(water, (ahead, aside), heading, wrong, number, interval)
@@ -265,9 +268,11 @@ def sense(
         off_n, off_e = off_n - carried_n, off_e - carried_e
         frame = heading if wrong.in_body else (1.0, 0.0)
         set_n, set_e = _set_of(frame, (log[0], log[1]), learnt)
-    elif known.drift.through_water:
+    elif misses:
         learn_drift(time, right_n, right_e, vessel.trend)
         set_n, set_e = vessel.trend.rate[0], vessel.trend.rate[1]
+    else:
+        vessel.trend.seen_at = 0.0  # what it has learnt is over
     return Sensed(lies, line[RATES + Z], off_n, off_e, log[0], log[1], log[2], log[3], set_n, set_e)
 
 
