@@ -49,15 +49,16 @@ PICTURES = (".png", ".svg", ".webp")
 # Language, the file that it is if it has a title, and content
 FENCED = r'^```(\w+)(?: title="([\w.]+)")?\n(.*?)^```'
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.py"))
-# What the longest do, the README and the manual's tutorial on a real plan do every day.
+# What the longest do, the README, the manual's tutorial on a real plan and shorter pages and
+# notebooks do every day.
 EACH_PAGE, EACH_NOTEBOOK = (
     [
         pytest.param(it, marks=[pytest.mark.slow] if any(map(str(it).count, longest)) else [])
         for it in all_of
     ]
     for longest, all_of in (
-        (("planning.md", "index.md"), MANUAL),
-        (("real_plan",), NOTEBOOKS),
+        (("planning.md", "index.md", "protocols.md"), MANUAL),
+        (("real_plan", "four_macs"), NOTEBOOKS),
     )
 )
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))

@@ -604,20 +604,20 @@ def test_what_waited_for_older_fixes_says_so() -> None:
 def test_a_fix_made_after_its_round_waits_for_the_next_frame() -> None:
     """Several ASVs call side by side; a ping passes the last of them after the frame has left."""
     protocol = {"schedule": {"model": "polling", "side_by_side": True}, "ranging": "twtt"}
-    data = {"name": "side", "duration_s": 60, "survey": {"side_m": 200}, "protocol": protocol}
+    data = {"name": "side", "duration_s": 20, "survey": {"side_m": 200}, "protocol": protocol}
     run = simulate(Scenario.model_validate({**data, "auvs": {"count": 6}, "asvs": {"count": 4}}), 7)
     told = [
         "\n".join(it.why for it in chain_of_fix(run, fix).steps)
         for fix in run.tables["fixes"].query("outcome == 'delivered'").index.tolist()
     ]
-    assert sum("had ended before the fix was made" in it for it in told) > 5
+    assert sum("had ended before the fix was made" in it for it in told) > 1
     assert not any("None" in it for it in told)
 
 
 def test_a_slot_reckoned_is_told_beside_the_one_begun_last() -> None:
     """Of whom it is, whether they knew it or not."""
     protocol = {"knowledge": {"model": "broadcast", "missed": "last_slot"}}
-    data = {"name": "told", "duration_s": 60, "auvs": {"count": 6}, "protocol": protocol}
+    data = {"name": "told", "duration_s": 20, "auvs": {"count": 6}, "protocol": protocol}
     run = simulate(Scenario.model_validate({**data, "acoustics": {"mf": {"range_m": 60}}}), 7)
     assigned, found = run.tables["assignments"], 0
     for ping in run.tables["pings"].itertuples():
@@ -626,14 +626,14 @@ def test_a_slot_reckoned_is_told_beside_the_one_begun_last() -> None:
             begun = assigned[assigned.starts_at_s <= ping.sent_at_s]
             assert int(said[1]) == begun["round"].max(), text
             found += 1
-    assert found > 50
+    assert found > 10
 
 
 def test_no_error_changes_by_more_than_its_estimate_was_moved() -> None:
     """A filter that has just learnt a bias goes on otherwise than later, by which errors right
     after a fix were told that no correction makes.
     """
-    result = simulate(load_scenario("harbour_current", overrides=["duration_s=60"]), 3)
+    result = simulate(load_scenario("harbour_current", overrides=["duration_s=30"]), 3)
     told = 0
     for fix in result.tables["fixes"].query("outcome == 'delivered'").itertuples():
         before, after = errors_around(result, fix)
@@ -641,4 +641,4 @@ def test_no_error_changes_by_more_than_its_estimate_was_moved() -> None:
             moved = 0.0 if math.isnan(fix.correction_m) else fix.correction_m
             assert abs(after - before) <= moved + 1e-3
             told += 1
-    assert told > 20
+    assert told > 10
