@@ -19,7 +19,7 @@ def page(history: dict[str, Measured]) -> str:
         machine=_machine(now["machine"]),
         missions=_missions(now),
         commands=_commands(now["commands"]) if "commands" in now else "Not measured.\n",
-        plans=_plans(now),
+        plans=_plans(now) if "plans" in now else "Not measured.\n",
         campaigns=_campaigns(now["campaigns"]) if "campaigns" in now else "Not measured.\n",
         peers=_peers(now) if "peers" in now else "Not measured.\n",
     )
@@ -52,18 +52,25 @@ def _machine(it: dict[str, Any]) -> str:
 
 
 def _missions(now: Measured) -> str:
-    head = ("(N,M), vehicle", "mission ms", "new configuration ms", "tables ms", "MB")
-    rows = (
-        (
-            name,
-            number(row["mission_ms"]["processor"]),
-            number(row["new_configuration_ms"]["processor"]),
-            number(row["writing_ms"]["processor"]),
-            number(row["peak_memory_mb"]),
-        )
-        for name, row in now["missions"].items()
-    )
-    return table(head, rows)
+    """Return a row for each fleet: of points that are moved, and, where it was measured, of hulls."""
+    head = ("(N,M)", "mission ms", "new ms", "new with hulls ms", "tables ms", "MB")
+    found = now["missions"]
+
+    def rows() -> Iterator[Sequence[str]]:
+        for name, row in found.items():
+            fleet, _, vehicle = name.partition(" ")
+            if vehicle == "kinematic":
+                hull = found.get(f"{fleet} bluerov2")
+                yield (
+                    fleet,
+                    number(row["mission_ms"]["processor"]),
+                    number(row["new_configuration_ms"]["processor"]),
+                    number(hull and hull["new_configuration_ms"]["processor"]),
+                    number(row["writing_ms"]["processor"]),
+                    number(row["peak_memory_mb"]),
+                )
+
+    return table(head, rows())
 
 
 def _commands(found: Measured) -> str:
@@ -79,70 +86,59 @@ def _commands(found: Measured) -> str:
         )
         if key in found
     )
-    times = table(("command", "processor ms"), rows)
     text = (
         f"A sweep of {sweep['missions']:,} missions (3 to 10 AUVs, 1 to 4 ASVs, `detail: summary`) "
-        f"took {number(sweep['processor_s'])} s with {sweep['workers']} workers; the largest "
-        f"process had {number(sweep['peak_memory_mb'])} MB."
+        f"took {number(sweep['processor_s'])} s; the largest process had "
+        f"{number(sweep['peak_memory_mb'])} MB."
     )
-    return f"{times}\n{fill(text, WIDTH)}\n"
+    return f"{table(('command', 'ms'), rows)}\n{fill(text, WIDTH)}\n"
 
 
 def _plans(now: Measured) -> str:
     """Return how long the questions of the manual took."""
-    rows = (
-        (plan, number(it["processor_s"]), str(it["missions"]))
-        for plan, it in now.get("plans", {}).items()
+    plans = [(it["processor_s"], it["missions"]) for it in now["plans"].values()]
+    (least, few), (most, many) = min(plans), max(plans)
+    text = (
+        "The questions of [planning](planning.md#how-many-asvs-for-1-m) (`experiments/plans`) took "
+        f"{number(least)} s ({few} missions) to {number(most)} s ({many}), from command to page."
     )
-    return table(("plan", "s", "missions"), rows)
+    return f"{fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)}\n"
 
 
 def _campaigns(found: Measured) -> str:
-    rows = (
-        (
-            way,
-            number(it["processor_s"]),
-            number(it["fixed_s"]),
-            number(it["mission_ms"]),
-            f"{it['efficiency']:.2f}",
-        )
-        for way, it in found["ways"].items()
+    """Return what a campaign adds to its missions, and what the largest one needed."""
+    ways, large = found["ways"], found["large"][-1]
+    fixed = [it["fixed_s"] for it in ways.values()]
+    beside = "; ".join(f"{way}, {it['efficiency']:.2f}" for way, it in list(ways.items())[1:])
+    text = (
+        f"A campaign takes {number(min(fixed))} to {number(max(fixed))} s beyond its missions: "
+        "starting, compiled code loaded by each worker, plan, report. Efficiency beside a pool of "
+        f"processes, {found['missions']:,} missions: {beside}. With {large['missions']:,} missions "
+        f"in {large['parts']:,} parts `status` took {number(large['status']['processor_s'])} s; "
+        f"`resume`, for the last 16, {number(large['resume']['processor_s'])} s and "
+        f"{number(large['resume']['memory_mb'])} MB."
     )
-    text = f"{found['missions']:,} missions on {found['cores']} cores:"
-    large = (
-        (
-            f"{it['missions']:,}",
-            f"{it['parts']:,}",
-            number(it["status"]["processor_s"]),
-            number(it["complete"]["processor_s"]),
-            number(it["resume"]["processor_s"]),
-            number(it["resume"]["memory_mb"]),
-        )
-        for it in found["large"]
-    )
-    asked = (
-        "missions", "parts", "`status`, s", "`resume` of none, s", "`resume` of the last 16, s",
-        "memory MB",
-    )  # fmt: skip
-    ways = table(("campaign", "processor s", "fixed s", "ms each further", "efficiency"), rows)
-    return f"{text}\n\n{ways}\n{table(asked, large)}"
+    return f"{fill(text, WIDTH, break_long_words=False, break_on_hyphens=False)}\n"
 
 
 def _peers(now: Measured) -> str:
-    head = (
-        "mission", "ours ms", "ns-3 ms", "ratio", "ratio, new configuration",
-        "ratio to ns-3 listeners", "receptions, equal",
-    )  # fmt: skip
-    rows = (
+    """Return how the program's whole missions compare with ns-3's acoustics of their signals."""
+    rows = [
         (
-            name,
-            number(row["mission_ms"]),
-            number(row["stock_run_ms"]),
+            name.partition(" ")[0],
             number(row["ratio_stock"]),
             number(row["new_configuration_ms"] / row["stock_run_ms"]),
             number(row["ratio_listeners"]),
-            f"{row['pings_heard'] + row['frames_reached']:,}",
         )
         for name, row in now["peers"].items()
+        if name.endswith("kinematic")
+    ]
+    text = (
+        "ns-3's UAN module (3.44, C++, `-O3`) repeats the traffic of our mission, each ping and "
+        "frame at its instant, and must agree on every reception. Ours is the whole mission "
+        "(vehicles, navigation, USBL, schedules, tables), ns-3's acoustics alone; above 1 we are "
+        "slower. *Listeners* is a channel of ours in ns-3 that delivers signals only to receivers "
+        "in range."
     )
-    return table(head, rows)
+    head = ("(N,M)", "ours / ns-3", "new configuration", "beside *listeners*")
+    return f"{fill(text, WIDTH, break_long_words=False)}\n\n{table(head, iter(rows))}"
