@@ -22,7 +22,7 @@ from ..records.events import (
     OUT_OF_RANGE,
     UNANSWERED,
 )
-from ..records.rows import NONE, PING, RECEPTION, Row, Rows
+from ..records.rows import CALLED, NONE, PING, RECEPTION, Row, Rows
 from ..vehicles.fleet import Failures
 from ..vehicles.motion import Motion, Place, where
 from .loss import LossTerms, loss_probability
@@ -130,7 +130,8 @@ def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> 
 class Spread(NamedTuple):
     """What pings propagate in, packed once: the rows of pings and receptions, with free rows; the
     signal path; the motions of senders and listeners.  AUVs send and ASVs listen, or the reverse if
-    `asvs_send`.  Without `everything` listeners out of range get no row.
+    `asvs_send`.  Without `everything` listeners out of range get no row.  An AUV that was `called`
+    in vain (1,) does not ping (:func:`silence`).
     """
 
     pings: Annotated[Rows, PING]
@@ -140,23 +141,23 @@ class Spread(NamedTuple):
     listeners: Motion
     asvs_send: bool
     everything: bool
+    called: Annotated[Rows, CALLED]
 
 
 @compiled
 def spread(
-    packed: int, group: Ints, round_number: int, slot: int, time: float, called: Rows, calls: int,
-    sure: bool, ping: int, row: int,
+    packed: int, group: Ints, round_number: int, slot: int, time: float, calls: int, sure: bool,
+    ping: int, row: int,
 ) -> int:  # fmt: skip
     """Let a group of vehicles ping at an instant (s): write the pings from row `ping` on, and from
     `row` on a reception for each listener.
 
-    Return the row after the last reception.  `packed` is the address of a :class:`Spread`.  An AUV
-    that was `called` in vain (1,), :data:`..records.rows.CALLED`, does not ping (:func:`silence`).
-    There are `calls` sounds on record by now.  Unless it is `sure` how listeners will move, the
+    Return the row after the last reception.  `packed` is the address of a :class:`Spread`.  There
+    are `calls` sounds on record by now.  Unless it is `sure` how listeners will move, the
     arrivals written are those at which a ping is nearly there (:func:`arrive`).
     """
     into = unpacked(packed, Spread)
-    pings, duration, call = into.pings, into.way.band.duration, called[0]
+    pings, duration, call = into.pings, into.way.band.duration, into.called[0]
     places = places_of(into.listeners, time)
     silent = call.call not in (NONE, HEARD)
     longest_so_far = pings[ping - 1].longest_s if ping else 0.0

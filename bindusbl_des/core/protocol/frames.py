@@ -86,13 +86,15 @@ class FrameBand(NamedTuple):
 
 class FixFrames(NamedTuple):
     """What :func:`begin_frame` works with, packed once: all fixes, `slant` and `reach` (m) as of
-    :class:`FrameBand`, and the `rate` of the clock (Hz, see :func:`after`).
+    :class:`FrameBand`, the `rate` of the clock (Hz, see :func:`after`), and the channel's answer
+    about the frame that begins, `promised` (listeners,), empty on the disc.
     """
 
     fixes: Annotated[Rows, FIX]
     slant: bool
     reach: float
     rate: float
+    promised: Annotated[Rows, PROMISE]
 
 
 class MfDownlink(Deliveries):
@@ -127,7 +129,9 @@ class MfDownlink(Deliveries):
         self.deafens: Sounds | None = None
         self._first: list[int] = []  # by frame: the row of its sound at AUV0; other AUVs' follow
         self._delay_s: list[float] = []  # by frame: how long after its end the modem delivers it
-        self._sent_in = Packed(FixFrames(self._fixes.array, band.slant, band.reach, clock.rate))
+        self._sent_in = Packed(
+            FixFrames(self._fixes.array, band.slant, band.reach, clock.rate, NO_PROMISES)
+        )
         self._fixes.hand_on(self._sent_in, "fixes")
         self._moving = [fleet for fleet in (auvs, asvs) if not fleet.foreseen]
         self._foreseen_s = asvs.sure_s if auvs.foreseen else -inf
@@ -168,17 +172,18 @@ class MfDownlink(Deliveries):
         for fleet in self._moving:
             fleet.advance(time)
         foreseen, number, sounds = airtime <= self._foreseen_s, len(self._first), self.sounds
-        promised, auvs, first = NO_PROMISES, len(self._auvs), sounds.count
+        auvs, first = len(self._auvs), sounds.count
         channel = self._band.channel
         if channel is not None:
             promised = self._ask(channel(size, airtime), rows, asv, time)
+            self._sent_in.renew("promised", promised)
         self._is_shared |= time < self._passed_at
         self._first.append(first)
         self._delay_s.append(delay)
         sounds.room_for(self._listeners)
         last, longest, sounds.count = begin_frame(
             self._sent_in.address, sounds.sea.address, number, first, asv, time, on_air, airtime,
-            delay, told, foreseen, promised, self._listeners,
+            delay, told, foreseen, self._listeners,
         )  # fmt: skip
         if self._band.doppler_limit is not None:
             self._lose_shifted(told, first, time, self._band.doppler_limit)
@@ -401,7 +406,7 @@ class Replies:
 @compiled
 def begin_frame(
     packed: int, packed_sea: int, number: int, count: int, asv: int, time: float, on_air: float,
-    airtime: float, delay: float, carried: Ints, foreseen: bool, promised: Rows, listeners: int,
+    airtime: float, delay: float, carried: Ints, foreseen: bool, listeners: int,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Let an ASV send the fixes of the rows `carried` (k,) in frame `number` at an instant (s).
     The frame would last `airtime` (s); it is on the air for `on_air` (s), less if its ASV fails.
@@ -409,14 +414,13 @@ def begin_frame(
 
     `packed` is the address of a :class:`FixFrames`, `packed_sea` of a :class:`Sea` with enough free
     rows.  The frame sounds at the first so many `listeners` of all vehicles, AUVs first, but not at
-    its sender; `promised` (listeners,), :data:`PROMISE`, is the channel's answer, empty on the
-    disc.  Write each fix's arrival, `delay` (s) after the frame's end has come; it stays NaN if the
-    AUV is out of range as the frame begins or loses the frame, and for now if its motion is not
-    `foreseen`.  Return the latest arrival (s) that is known, or -1; the longest time (s) from
+    its sender.  Write each fix's arrival, `delay` (s) after the frame's end has come; it stays NaN
+    if the AUV is out of range as the frame begins or loses the frame, and for now if its motion is
+    not `foreseen`.  Return the latest arrival (s) that is known, or -1; the longest time (s) from
     sending to the end of any sound so far; and the row after the sounds.
     """
     into, sea, last = unpacked(packed, FixFrames), unpacked(packed_sea, Sea), -1.0
-    fixes, auvs = into.fixes, sea.auvs
+    fixes, auvs, promised = into.fixes, sea.auvs, into.promised
     here, sender = where(sea.asvs, asv, time), auvs.first.size - 1 + asv
     strengths, lates = np.zeros(listeners), np.zeros(listeners)
     for listener in range(listeners):

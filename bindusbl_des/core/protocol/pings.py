@@ -105,6 +105,7 @@ class HfBand:
         )  # fmt: skip
         #: The fleets that ping and that listen, and the vehicle number of the first listener.
         self.senders, self.listeners, self.first_listener = self._ends()
+        self._listeners = len(self.listeners)
         self._channel = asked = None if isinstance(channel, LossTerms) else channel
         #: The level (dB re 1 uPa at 1 m) of what is sent; None where the channel has no levels.
         self.source_level_db: float | None = None
@@ -126,6 +127,7 @@ class HfBand:
         self._is_sure = self.listeners is asvs or auvs.foreseen
         #: All sounds but pings: calls, data, and frames where ASVs hear nothing as they send them.
         self.sounds = Sounds(auvs, asvs, band.sound_speed, long=False)
+        self._called, self._call = NO_CALL, NO_CALL.copy()  # what was handed over last, and where
         self._spread_in = self._packed()
         self._call_late_s: dict[int, Floats] = {}  # by AUV: how late its last call by each ASV is
         self._luck = cache(partial(streams.of, Purpose.CALL))
@@ -172,6 +174,7 @@ class HfBand:
             Spread(
                 pings.array, receptions.array, self._way, self.senders.motion,
                 self.listeners.motion, self.senders is self._asvs, self._record.everything,
+                self._call,
             )
         )  # fmt: skip
         pings.hand_on(packed, "pings")
@@ -298,9 +301,11 @@ class HfBand:
             if not self._is_sure:
                 self._prospects |= {first + k: prospects[k : k + 1] for k in range(len(group))}
         pings.room_for(len(group))
-        receptions.room_for(len(group) * len(self.listeners))
+        receptions.room_for(len(group) * self._listeners)
+        if called is not NO_CALL or self._called is not NO_CALL:
+            self._called, self._call[:] = called, called
         receptions.count = spread(
-            self._spread_in.address, members(tuple(group)), round_number, slot, time, called,
+            self._spread_in.address, members(tuple(group)), round_number, slot, time,
             self.sounds.count, self._is_sure, first, row,
         )  # fmt: skip
         pings.count = first + len(group)
