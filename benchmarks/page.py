@@ -52,7 +52,7 @@ def _machine(it: dict[str, Any]) -> str:
 
 
 def _missions(now: Measured) -> str:
-    """Return a row for each fleet: of points that are moved, and, where it was measured, of hulls."""
+    """Return a row for each fleet, of points and, where they were measured, of hulls."""
     head = ("(N,M)", "mission ms", "new ms", "new with hulls ms", "tables ms", "MB")
     found = now["missions"]
 
