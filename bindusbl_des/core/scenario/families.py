@@ -140,7 +140,7 @@ class ScheduleTraits(Traits):
 
     @property
     def has_exact_groups(self) -> bool:
-        """Whether its ping groups follow from which ASV hears which AUV alone."""
+        """Whether its ping groups can be predicted exactly from which ASV hears which AUV."""
         return self.groups not in ("", "frame") and not self.approximation
 
 
@@ -317,7 +317,9 @@ class CurrentTraits(Traits):
 
 @dataclass(frozen=True)
 class PeerTraits:
-    """How AUVs measure each other: one `asks` first, or none does; and whether it `ranges`."""
+    """How AUVs measure each other: whether one `asks` another before that answers, and whether the
+    answer gives a range (`ranges`) or a direction only.
+    """
 
     asks: bool = False
     ranges: bool = True

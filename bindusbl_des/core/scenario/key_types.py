@@ -231,7 +231,9 @@ class Section(Part):
 
 
 def which_tracks(whose: str) -> Any:
-    """Return the key that names the tracks of vehicles in files with several tracks."""
+    """Return the declaration of the key that names, for each vehicle, one track in its file;
+    `whose` is "AUV" or "ASV".
+    """
     return key(
         (),
         "",
@@ -251,5 +253,7 @@ TIME_OFFSET_S = key(
 
 
 def sources(files: tuple[str, ...], tracks: tuple[str, ...]) -> list[tuple[str, str]]:
-    """Return the files of tracks, each with the name of its track, "" for the only one."""
+    """Return (file, track) for each file.  `tracks` names one track per file, or is empty: then
+    each track is "", the only one in its file.
+    """
     return list(zip(files, tracks or ("",) * len(files), strict=False))

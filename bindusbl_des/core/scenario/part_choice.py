@@ -63,9 +63,8 @@ class PartChoice(str):
         return type(self), (str(self), dict(self.settings))
 
     def settings_as(self, model: type[Model], own: type[BaseModel]) -> Model:
-        """Return its settings as its `own` model, if that is a `model`; otherwise the defaults.
-
-        Invalid settings give the defaults, too.
+        """Return the settings of this part as an instance of its `own` settings class, if that is a
+        subclass of `model`; otherwise, or if they are invalid, the defaults of `model` or `own`.
         """
         made, given = (own, dict(self.settings)) if issubclass(own, model) else (model, {})
         if getattr(self, "_read", None).__class__ is not made:
@@ -147,7 +146,9 @@ def _plain(name: str, value: Any) -> Any:
 
 
 def _told_apart(value: Any) -> Any:
-    """Return plain data in which true differs from 1: Python has them equal, a file has not."""
+    """Return plain data in which each bool is a pair (bool, value): Python has True == 1, but in a
+    file they differ.
+    """
     if isinstance(value, Mapping):
         return {key: _told_apart(inner) for key, inner in value.items()}
     if isinstance(value, list):
@@ -245,9 +246,10 @@ def shipped_part(family: Family[Any], choice: str) -> Any:
 
 
 def checked_part(family: Family[Any], choice: str, check: Callable[..., Any]) -> Any:
-    """Return a part with its settings bound; if it is user-defined, by way of `check`.
+    """Return a part with its settings bound, to be called with the arguments of its family.
 
-    `check` asks such a part, and refuses invalid answers.
+    A shipped one is returned as it is.  A user-defined one is called as ``check(part,
+    *arguments)``: `check` calls the part and raises PluginError for an invalid answer.
 
     Raises:
         PluginError: as of :func:`own_part`.

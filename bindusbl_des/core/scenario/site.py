@@ -289,9 +289,9 @@ class Site(Facts):
 
     @fact
     def ways_that_ship(self) -> "tuple[Callable[[Floats], Floats], ...]":
-        """Where each AUV is planned to be (n, 3), m, as a function of instants (n,), s.
+        """For each AUV a function of instants (n,), s, to its planned positions (n, 3), m.
 
-        An AUV of a user-defined route holds the middle of the survey.
+        User-defined routes are not called: their AUVs stay in the middle of the survey.
         """
         found: list[Callable[[Floats], Floats]] = []
         for auv, plan, track, held in zip(
@@ -418,7 +418,7 @@ class Site(Facts):
 
     @fact
     def follows(self) -> "dict[Group, Slopes]":
-        """What the planned ways follow of AUVs that keep an altitude, by their group."""
+        """For each group of AUVs that keeps an altitude: the depths that it follows."""
         from ..geometry.following import Slopes
 
         found = dict[Group, Slopes]()
@@ -493,7 +493,7 @@ class Site(Facts):
 
     @property
     def keeps_still(self) -> bool:
-        """Whether no vessel has dynamics or is user-defined."""
+        """Whether vessels move exactly as planned: none has dynamics or is user-defined."""
         return not any(group.vehicle.is_steered for group in self.vessels)
 
     @fact

@@ -40,10 +40,10 @@ MOST_EXPLAINED = 500
 
 @dataclass(frozen=True)
 class Finding:
-    """One mistake in the data of a scenario.
+    """One mistake in the data of a scenario: the path to it, and a message for the user.
 
-    `at_key` says that the key is wrong rather than its value.  `unsettled` lists further paths
-    whose values the author may have meant to give.
+    `at_key` tells that the key is wrong rather than its value.  `unsettled` are paths to other
+    values that may be the wrong ones instead; contradictions with these are not reported.
     """
 
     path: Path

@@ -153,7 +153,9 @@ class UplinkSection(Band):
 
     @property
     def beyond(self) -> str:
-        """Why nothing is decoded, to complete "ASV0 is 60 m away, ..."."""
+        """Why a signal from beyond the range is not decoded: words that complete "ASV0 is 60 m
+        away, ...".
+        """
         if self.channel.is_own:
             return f"where the channel {self.channel.words} lets no sound through"
         if not self.traits.ends_at_range:

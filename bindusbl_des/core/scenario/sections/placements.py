@@ -83,7 +83,7 @@ class Formation(PlacementTraits, Part):
 
     @property
     def moored(self) -> "Formation":
-        """The keys of the stations: this section."""
+        """This section itself, since it has the keys of the stations."""
         return self
 
     def radius(self, hf_range_m: float) -> float:
@@ -132,7 +132,7 @@ class Placed(Moving):
 
     @property
     def replanned(self) -> "Placed":
-        """The keys of the replanned placement: this section."""
+        """This section itself, since it has the keys of a replanned placement."""
         return self
 
     def miscounted(self, asvs: int) -> Iterator[tuple[str, str, int]]:
@@ -262,7 +262,7 @@ class AsvTrack(Moving):
 
     @property
     def recording(self) -> "AsvTrack":
-        """The keys of the files that ASVs repeat: this section."""
+        """This section itself, since it has the keys of the files that ASVs repeat."""
         return self
 
     def miscounted(self, asvs: int) -> Iterator[tuple[str, str, int]]:

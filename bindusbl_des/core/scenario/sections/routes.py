@@ -163,7 +163,7 @@ class Flown(Planned):
 
     @property
     def surfacing(self) -> "Flown | None":
-        """The keys of ascents to the surface; None without."""
+        """This section itself where AUVs come up to the surface; None otherwise."""
         return None if self.surface_every_s is None else self
 
 
@@ -210,7 +210,7 @@ class Lawnmower(Flown):
 
     @property
     def lanes(self) -> "Lawnmower":
-        """The keys of the lanes: this section."""
+        """This section itself, since it has the keys of the lanes."""
         return self
 
 
@@ -362,7 +362,7 @@ class Track(Planned):
 
     @property
     def recording(self) -> "Track":
-        """The keys of the files that AUVs repeat: this section."""
+        """This section itself, since it has the keys of the files that AUVs repeat."""
         return self
 
     def miscounted(self, auvs: int) -> Iterator[tuple[str, str, int]]:
