@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import shapely
 from browser_for_tests import Open, Opened, without_browser
 from campaigns_for_tests import UNSERVED, auv, hand_made
 from pages_for_tests import beside
@@ -455,6 +456,37 @@ def test_fixes_in_frames_that_collided_are_not_delivered(opened: Open, tmp_path:
     (tmp_path / "met.html").write_text(result.report(), encoding="utf-8")
     it = opened(tmp_path / "met.html")
     assert it.ask("bindusbl.mission.deliveredOrder.length") == (outcomes == "delivered").sum()
+
+
+def test_fronts_of_sound_end_at_land(opened: Open, tmp_path: Path) -> None:
+    """As far as shapely has the way free, in each direction; and no front is drawn beyond."""
+    isle, spit = shapely.box(20, -40, 40, 30), shapely.box(-60, 35, 60, 45)
+    land = [shapely.get_coordinates(it)[:-1].tolist() for it in (isle, spit)]
+    held = {"count": 1, "route": {"kind": "hold", "positions_m": [[5.0, 3.0]]}}
+    given = {"survey": {"size_m": [200.0, 200.0], "land": land}, "auvs": held, "asvs": {"count": 1}}
+    result = simulate(Scenario.model_validate({"name": "isle", "duration_s": 8.0, **given}), seed=0)
+    (tmp_path / "isle.html").write_text(result.report(), encoding="utf-8")
+    it = opened(tmp_path / "isle.html")
+    ways = it.ask("bindusbl.map.waysFrom(5, 3).map((way) => Math.min(way, 1e4))")
+    turns = np.radians(np.arange(360))
+    ends = np.column_stack((5 + 1e4 * np.cos(turns), 3 + 1e4 * np.sin(turns)))
+    lines = shapely.linestrings([[(5, 3), end] for end in ends])
+    met = shapely.intersection(lines, shapely.union(isle, spit))
+    free = np.where(shapely.is_empty(met), 1e4, shapely.distance(met, shapely.Point(5, 3)))
+    assert ways == pytest.approx(free, rel=1e-6)
+    drawn = it.ask(
+        """(() => {
+            const drawn = [], context = byId("map").getContext("2d"), { map } = bindusbl;
+            const keep = (...at) => drawn.push(map.placeAt(...at));
+            Object.assign(context, { moveTo: keep, lineTo: keep });
+            map.front(context, 5, 3, 50, "black", {});
+            return drawn; })()"""
+    )
+    off = np.subtract(drawn, (5, 3))
+    assert np.hypot(*off.T) == pytest.approx(50.0)
+    hidden = free[np.round(np.degrees(np.arctan2(*off.T[::-1]))).astype(int) % 360] < 50.0
+    assert 100 < len(off) < 300
+    assert hidden.mean() < 0.1  # at the ends of what is drawn a step is cut in halves
 
 
 def test_calls_are_drawn(opened: Open, tmp_path: Path) -> None:

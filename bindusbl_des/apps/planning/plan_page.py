@@ -19,7 +19,7 @@ from ...support.wording import LONG_S, amount, counted, number, significant, tim
 from ..campaigns.statistics.intervals import short_key, written
 from ..export.chart_files import planned_lanes
 from ..report.page import THEME, assembled, asset, filled, table
-from ..report.run_data import survey_data
+from ..report.run_data import seen_data, survey_data
 from ..report.run_page import footer
 from .answer_text import where_texts
 from .doubting import became_of, by_surprise
@@ -170,13 +170,20 @@ def _scene(setup: Setup, moving: Record | None) -> dict[str, Any]:
         "mf": {"reach": setup.horizontal_mf_reach_m},
         "broadcasting": setup.scenario.protocol.sends_frames,
         "auvs": [_track(f"AUV{number}", lane.round(2)) for number, lane in lanes.items()],
-        "asvs": [_track(f"ASV{number}", np.array(way)) for number, way in enumerate(ways)],
+        "asvs": [
+            {**_track(f"ASV{number}", np.array(way)), **seen_data(setup, number, _plain)}
+            for number, way in enumerate(ways)
+        ],
         "seed": None if moving is None else moving["seed"],
     }
 
 
 def _track(name: str, places: Floats) -> dict[str, Any]:
     return {"name": name, "x": places[:, 0].tolist(), "y": places[:, 1].tolist()}
+
+
+def _plain(axis: Floats) -> list[float]:
+    return [float(value) for value in axis.round(2)]
 
 
 def _forecast(setup: Setup) -> dict[str, Any] | None:

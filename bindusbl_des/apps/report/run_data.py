@@ -1,12 +1,14 @@
 """A run as data of a page: what is drawn, packed, and thinned where a mission is very long."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...core.setup import Setup
+from ...support.arrays import Floats
 from .envelope import error_envelope
 from .gaps import intervals, latencies, shown_until
 from .page import Packer
@@ -173,20 +175,19 @@ def _asv(mission: Recording, number: int, step: int, packer: Packer) -> dict[str
         ],
         "x": packer.add(mission.truth["x_m"][row][::step], quantum=CENTIMETRE),
         "y": packer.add(mission.truth["y_m"][row][::step], quantum=CENTIMETRE),
-        **_seen(mission.setup, number, packer),
+        **seen_data(mission.setup, number, partial(packer.add, quantum=CENTIMETRE)),
     }
 
 
-def _seen(setup: Setup, asv: int, packer: Packer) -> dict[str, Any]:
-    """Pack the corners (m) of what is within the HF and MF range of an ASV that keeps station, less
-    what land hides from there; nothing where there is none.
+def seen_data(setup: Setup, asv: int, packed: Callable[[Floats], Any]) -> dict[str, Any]:
+    """Return the corners (m) of what is within the HF and MF range of an ASV that keeps station,
+    less what land hides from there, north and east each `packed`; nothing where there is none.
     """
     if setup.land is None or not setup.kept_stations_m:
         return {}
     place, found = setup.kept_stations_m[asv], {}
     for band, reach in (("hf", setup.horizontal_reach_m), ("mf", setup.horizontal_mf_reach_m)):
-        x, y = setup.land.seen(place, reach).T
-        found[band] = [packer.add(axis, quantum=CENTIMETRE) for axis in (x, y)]
+        found[band] = [packed(axis) for axis in setup.land.seen(place, reach).T]
     return {"seen": found}
 
 

@@ -29,6 +29,8 @@ const FIELDS = {
 // Where fewer pings than this share make a fix, none is to be expected: apps/report/possible.py.
 const LEAST_CHANCE = 1e-3;
 
+// Fronts are drawn in so many steps (rad) where there is land.
+const STEP = Math.PI / 180;
 // Where fronts are held to be seen, no more of them than can be told apart.
 const MOST_RINGS = 6;
 
@@ -68,9 +70,24 @@ function closedWater(context, x, y, width, height, path) {
   shape(context, { stroke: colours.ink, dash: [5, 3] }, path);
 }
 
+// How far it is from the origin along (north, east) to a closed ring of corners.
+function wayTo(ring, north, east) {
+  let least = Infinity, [x1, y1] = ring[ring.length - 1];
+  for (const [x2, y2] of ring) {
+    const one = north * y1 - east * x1, two = north * y2 - east * x2; // aside of the way, to either side
+    if (one * two < 0) {
+      const way = (one * (x2 * north + y2 * east) - two * (x1 * north + y1 * east)) / (one - two);
+      if (way > 0) least = Math.min(least, way);
+    }
+    [x1, y1] = [x2, y2];
+  }
+  return least;
+}
+
 class SeaMap {
   constructor(canvas, mission, options = {}) {
     this.mission = mission;
+    this.ways = new Map();
     this.hidden = options.hidden || new Set();
     this.linger = () => 1;
     this.now = 0;
@@ -341,6 +358,27 @@ class SeaMap {
   ring(context, x, y, radius, colour, { width = 1, dash = [], alpha = 1 } = {}) {
     shape(context, { stroke: colour, width, dash, alpha }, () => disc(context, ...this.at(x, y), Math.max(radius * this.view.scale, 0.1)));
   }
+  // The front of a sound: a circle, less what is on or behind land.
+  front(context, x, y, radius, colour, looks) {
+    if (!this.mission.land?.length) return this.ring(context, x, y, radius, colour, looks);
+    const ways = this.waysFrom(x, y), on = (k) => this.at(x + radius * Math.cos(k * STEP), y + radius * Math.sin(k * STEP));
+    shape(context, { stroke: colour, ...looks }, () => ways.forEach((way, k) => {
+      if (way < radius) return;
+      if (!k || ways[k - 1] < radius) context.moveTo(...on(k - 0.5));
+      context.lineTo(...on(k + 0.5));
+    }));
+  }
+  // How far (m) sound gets from a place before land, in each direction.
+  waysFrom(x, y) {
+    const known = `${x} ${y}`;
+    if (this.ways.size > 500) this.ways.clear();
+    if (!this.ways.has(known)) {
+      const rings = this.mission.land.flat().map((ring) => ring.map(([north, east]) => [north - x, east - y]));
+      const way = (_, k) => rings.reduce((least, ring) => Math.min(least, wayTo(ring, Math.cos(k * STEP), Math.sin(k * STEP))), Infinity);
+      this.ways.set(known, Array.from({ length: 360 }, way));
+    }
+    return this.ways.get(known);
+  }
   drawAsv(context, number) {
     const { x, y } = this.mission.asvAt(number, this.now);
     if (this.mission.hasFailed(number, this.now)) {
@@ -426,7 +464,7 @@ class SeaMap {
       const fade = Math.max(1 - age / shown, 0);
       const colour = this.mission.colourOf(i), { asvsPing } = this.mission;
       if (!this.mission.isSent(i)) continue;
-      if (this.mission.isFirst(i)) this.ring(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
+      if (this.mission.isFirst(i)) this.front(context, pings.x[i], pings.y[i], share * hf.reach, colour, { width: 2, alpha: fade });
       if (!asvsPing && this.mission.fates[pings.fate[i]] === "out_of_hf" && share === 1) this.cross(context, pings.x[i], pings.y[i], colours.soft, fade);
       for (const row of this.mission.receptionsOf[i]) { // decided when all of the ping has arrived
         const passed = receptions.at[row] - pings.at[i] + pingLength;
@@ -468,7 +506,7 @@ class SeaMap {
     const latest = above(pings.called, this.now) - 1, first = Math.max(latest - MOST_RINGS, -1);
     for (let i = latest; i > first; i--) {
       const age = this.now - pings.called[i], fade = Math.max(1 - age / shown, 0), { x, y } = this.mission.asvAt(pings.caller[i], pings.called[i]);
-      if (fade) this.ring(context, x, y, Math.min(age / growing, 1) * hf.reach, colours.hf, { width: 1.5, dash: [3, 3], alpha: fade });
+      if (fade) this.front(context, x, y, Math.min(age / growing, 1) * hf.reach, colours.hf, { width: 1.5, dash: [3, 3], alpha: fade });
     }
   }
   reception(context, ping, row, fade) {
@@ -509,7 +547,7 @@ class SeaMap {
       const age = this.now - broadcasts.at[i], shown = Math.max(broadcasts.airtime[i], linger);
       if (age > shown) continue; // of several at once some are shorter
       const { x, y } = this.mission.asvAt(broadcasts.asv[i], this.now);
-      this.ring(context, x, y, Math.min(age / growing, 1) * mf.reach, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown) });
+      this.front(context, x, y, Math.min(age / growing, 1) * mf.reach, colours.mf, { width: 2.5, alpha: 0.9 * (1 - age / shown) });
     }
     const { deliveredOrder: order, deliveredTimes: times } = this.mission;
     const last = above(times, this.now) - 1, most = MOST_RINGS * this.mission.auvs.length;
