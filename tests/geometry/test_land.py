@@ -9,6 +9,7 @@ import pyproj
 import pytest
 import shapely
 from bays_for_tests import Bay, drawn_bay
+from commands_for_tests import call
 
 from bindusbl_des import Scenario, ScenarioError, Setup, load_scenario
 from bindusbl_des.core.geometry.coverage import covered_by_rings
@@ -128,6 +129,24 @@ def test_whoever_may_be_nearby_is_behind_it_still() -> None:
     for _ in range(20):
         shift = draw.uniform(-5 / 2**0.5, 5 / 2**0.5, (2, 40, 2))
         assert land.crossed(here + shift[0], there + shift[1])[sure].all()
+
+
+def test_the_worst_corner_is_one_of_the_open_water(tmp_path: Path) -> None:
+    """Where a coast lies over a corner, that where it cuts the edge; an island has its own."""
+    asvs, met = {"count": 2, "formation": {"positions_m": [[0.0, 5.0], [160.0, -160.0]]}}, 0
+    for seed in range(8):
+        bay = drawn_bay(seed)
+        given = {"name": "bay", "survey": bay.survey, "auvs": {"route": HELD}, "asvs": asvs}
+        (tmp_path / "bay.yaml").write_text(json.dumps(given))
+        told = call("coverage", str(tmp_path / "bay.yaml"), "--json")
+        if told.exit_code == 0:
+            corners = shapely.get_coordinates(bay.water)
+            away = np.hypot(*(corners[:, None] - asvs["formation"]["positions_m"]).T)
+            assert json.loads(told.stdout)["worst_corner_m"] == pytest.approx(
+                away.min(axis=0).max()
+            )
+            met += 1
+    assert met > 3
 
 
 ORIGIN = (54.33, 10.18)

@@ -146,6 +146,9 @@ Stations = tuple[tuple[float, float], ...]
 # Rows of the stations; of more ASVs the others are counted.
 MOST_ROWS = 12
 
+# Corners are taken nearer by this share: who is heard but for rounding is heard.
+ROUNDING = 1e-9
+
 # The survey is asked for the chance of a fix in so many cells along each side.
 CELLS = 48
 
@@ -273,15 +276,15 @@ def _chances(setup: "Setup", stations: Stations) -> dict[str, Any]:
     """
     import numpy as np
 
-    from ...core.geometry.coverage import EQUAL, loneliest_point
+    from ...core.geometry.coverage import loneliest_point
     from ..preflight.fix_chance import fix_chance, mean_chance
 
     if not stations:
         return {"fix_chance_mean": 0.0, "fix_chance_least": 0.0}
     area, everywhere = setup.area, mean_chance(setup, stations, CELLS)
-    ends, asvs = np.array([*area.outline, loneliest_point(area, stations)]), np.array(stations)
+    ends, asvs = np.array([*area.open_corners, loneliest_point(area, stations)]), np.array(stations)
     nearest = asvs[np.hypot(*(ends[:, None] - asvs).transpose(2, 0, 1)).argmin(axis=1)]
-    ends += (nearest - ends) * EQUAL  # who is heard but for rounding is heard
+    ends += (nearest - ends) * ROUNDING
     farthest = np.column_stack((ends, np.full(len(ends), setup.deepest_m)))
     at_ends = fix_chance(setup, stations, farthest)
     if everywhere is None or at_ends is None:

@@ -91,6 +91,15 @@ class Area:
         """The corners (m) of the whole area in the survey frame, each once; ignores `closed`."""
         return tuple(turned(corner, self.turn) for corner in self.corners)
 
+    @property
+    def open_corners(self) -> "Sequence[Point] | NDArray[np.float64]":
+        """The corners (m) of the open part, those of its holes too; some more than once."""
+        if not self.closed:
+            return self.outline
+        import shapely
+
+        return shapely.get_coordinates(self.shape)
+
     @cached_property
     def box(self) -> Box:
         """The bounding box of the open part in the survey frame."""

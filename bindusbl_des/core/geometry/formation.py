@@ -55,7 +55,7 @@ def ring_radius(asvs: ArrayLike) -> float:
 
 
 def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
-    """Return the largest distance (m) from a corner of the survey to that corner's nearest ASV.
+    """Return the largest distance (m) from an open corner of the survey to its nearest ASV.
 
     The paper takes one corner of the square and does not say which.  The result does not bound the
     distance from the rest of the survey: see :func:`.coverage.covering_radius`.  `survey` is an
@@ -66,7 +66,7 @@ def corner_distance(survey: Area | float, asvs: ArrayLike) -> float:
     36.056
     """
     if isinstance(survey, Area):
-        corners = np.array(survey.outline)
+        corners = np.array(survey.open_corners)
     else:
         _check_length("side", survey)
         corners = survey / 2.0 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
