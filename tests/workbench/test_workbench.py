@@ -194,6 +194,53 @@ def test_a_chart_is_what_one_says_it_is(server: Server, survey: Path) -> None:
         window.change("text", text=before)
 
 
+def test_a_chart_of_several_areas_is_asked_about_by_their_names(
+    server: Server, survey: Path
+) -> None:
+    """As Google Earth saves them; a name may be anything."""
+    bay = "".join(f"{x},{y} " for x, y in CHART[0])
+    marks = "".join(
+        f"<Placemark><name>{name}</name><Polygon><outerBoundaryIs><LinearRing><coordinates>"
+        f"{bay}</coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark>"
+        for name in ("North bay", "&lt;b>: 7")
+    )
+    raw, origin = f"<kml><Document>{marks}</Document></kml>", f"http://{server.host}"
+    kept = server.ask("drop?name=two.kml", "POST", raw.encode(), Origin=origin)
+    name = json.loads(kept[1])["name"]
+    with server.window() as window:
+        before = window.desk["text"]
+        window.do("file", name=name)
+        among = window.until("choose")["among"]
+        assert among[:2] == ["the area North bay", "the area <b>: 7"]
+        window.change("file", name=name, **{"as": among[1]})
+        assert load_scenario(survey).survey.area_name == "<b>: 7"
+        window.change("text", text=before)
+
+
+def test_vessels_of_several_kinds_stay_what_they_are(server: Server, survey: Path) -> None:
+    """Who is dragged, gone or new leaves the others with their groups; new ones are as the last."""
+    with server.window() as window:
+        before = window.desk["text"]
+        kinds = "[{count: 1}, {count: 1, vehicle: otter}, {count: 1, usbl: {gnss_sd_m: 2}}]"
+        window.change("vessels", stations=[[-30, 0], [0, 5], [30, 0]])
+        window.change("text", text=window.desk["text"].replace("count: 3", f"groups: {kinds}"))
+
+        def counts() -> list[tuple[int, str | None]]:
+            groups = load_scenario(survey).asvs.groups
+            return [(own.count, own.vehicle and str(own.vehicle)) for own in groups]
+
+        def moored(*stations: list[float]) -> list[tuple[int, str | None]]:
+            assert window.change("vessels", stations=stations)["mistakes"] == []
+            return counts()
+
+        assert counts() == [(1, None), (1, "otter"), (1, None)]
+        assert moored([-30, 0], [9, 5], [30, 0]) == [(1, None), (1, "otter"), (1, None)]
+        assert moored([-30, 0], [9, 5], [30, 0], [7, 7]) == [(1, None), (1, "otter"), (2, None)]
+        assert moored([-30, 0], [30, 0], [7, 7]) == [(1, None), (2, None)]
+        assert load_scenario(survey).asvs.groups[1].usbl.gnss_sd_m == 2
+        window.change("text", text=before)
+
+
 def test_mistakes_have_lines_and_do_no_harm(server: Server, survey: Path) -> None:
     with server.window() as window:
         look = window.change("text", text=SURVEY.replace("count: 2}", "cuont: 2}", 1))

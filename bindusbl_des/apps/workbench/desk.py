@@ -1,7 +1,7 @@
 """A scenario file and all that it was: undone, redone, and there again after a kill."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -192,11 +192,32 @@ def _rounded(places: Iterable[Point]) -> list[list[float]]:
     return [[round(float(axis), 2) + 0.0 for axis in place] for place in places]
 
 
-def vessels(stations: Iterable[Point]) -> list[Change]:
-    """Return the changes that moor ASVs at stations (m)."""
-    places = _rounded(stations)
+def vessels(
+    stations: Iterable[Point],
+    groups: Sequence[Mapping[str, Any]] = (),
+    before: Iterable[Point] = (),
+) -> list[Change]:
+    """Return the changes that moor ASVs at stations (m).
+
+    Of `groups`, as the file has them, whoever is gone from the places `before` is taken from its
+    own, and whoever is new joins the last.
+    """
+    places, former = _rounded(stations), _rounded(before)
     formation = {"positions_m": places}
-    return [(("asvs", "count"), len(places)), (("asvs", "formation"), formation)]
+    whose = [n for n, own in enumerate(groups) for _ in range(own["count"])]
+    while len(whose) > len(places):
+        pairs = enumerate(zip(former, places, strict=False))
+        gone = next((n for n, (one, other) in pairs if one != other), len(places))
+        del whose[gone], former[gone : gone + 1]
+    whose += whose[-1:] * (len(places) - len(whose))
+    if not whose:
+        return [(("asvs", "count"), len(places)), (("asvs", "formation"), formation)]
+    left = [{**own, "count": whose.count(n)} for n, own in enumerate(groups) if n in whose]
+    return [
+        (("asvs", "count"), REMOVED),
+        *([] if left == groups else [(("asvs", "groups"), left)]),
+        (("asvs", "formation"), formation),
+    ]
 
 
 def area(site: Ground, corners: Iterable[Point]) -> list[Change]:
@@ -262,12 +283,16 @@ def ways(points: Iterable[Iterable[Point]], origin: Point | None) -> list[Change
 A_LOG = "a recorded log to replay"
 
 
-def meanings(file: str) -> dict[str, list[Change]]:
-    """Return what the name of a file may be meant for, in words, and the changes for each."""
+def meanings(file: str, areas: Sequence[str] = ()) -> dict[str, list[Change]]:
+    """Return what the name of a file may be meant for, in words, and the changes for each; of a
+    chart of several polygons, each of the `areas` by its name.
+    """
     shapes = ("side_m", "size_m", "rotation_deg", "polygon_m", "polygon_deg", "area", "area_name")
     gone: list[Change] = [(("survey", name), REMOVED) for name in shapes]
+    area: list[Change] = [*gone, (("survey", "area"), file)]
+    each = {f"the area {name}": [*area, (("survey", "area_name"), name)] for name in areas}
     charts: dict[str, list[Change]] = {
-        "the area": [*gone, (("survey", "area"), file)],
+        **(each if len(areas) > 1 else {"the area": area}),
         "land": [(("survey", "land"), file)],
         "water where nobody goes": [(("survey", "keep_out"), file)],
         "ways of the AUVs": [(("auvs", "route"), {"kind": "waypoints", "files": [file]})],

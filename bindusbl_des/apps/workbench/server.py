@@ -32,6 +32,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ...core.scenario.keys import keys
+from ...models.charts.areas import polygon_names
 from ...support.compiled import watch_compiling
 from ...support.mistakes import ScenarioError
 from ...support.palette import variables
@@ -69,6 +70,8 @@ DROPPED = (
     ".yml",
 )
 LARGEST_DROP = 32_000_000
+# Of a chart of many polygons, so many are offered as the area.
+MOST_AREAS = 12
 # A message of the page is at most so long (bytes): a scenario file twice over.
 LARGEST_MESSAGE = 2_000_000
 # How often (s) one looks how far jobs are, and whether another program has written the file.
@@ -296,7 +299,12 @@ class Workbench:
 
     async def do_vessels(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Moor vessels at places."""
-        await self._change(changes.vessels(asked["stations"]), asked["version"])
+        site = None if self._look is None else self._look.site
+        made = changes.vessels(asked["stations"])
+        if site is not None and site.scenario.asvs.groups:
+            groups = self.desk.given()["asvs.groups"]
+            made = changes.vessels(asked["stations"], groups, site.kept_stations_m)
+        await self._change(made, asked["version"])
 
     async def do_area(self, _: WebSocket, asked: dict[str, Any]) -> None:
         """Make the survey a polygon."""
@@ -341,7 +349,10 @@ class Workbench:
         before = await self._think(Look, self.desk.text, self.desk.file)
         known, why = {mistake.message for mistake in before.mistakes}, list[str]()
         texts = dict[str, str]()
-        for words, meant in changes.meanings(name).items():
+        areas = list[str]()
+        with suppress(ValueError, ImportError):  # which what it is tried for says
+            areas = await self._think(polygon_names, str(path))
+        for words, meant in changes.meanings(name, areas[:MOST_AREAS]).items():
             if asked.get("as") in (None, words):
                 text = edited(self.desk.text, meant)
                 look = await self._think(Look, text, self.desk.file)

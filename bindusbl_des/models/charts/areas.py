@@ -259,10 +259,19 @@ def read_land(path: str, crs: str = "") -> tuple[RingsDeg, ...]:
     return tuple((shape.corners, *shape.holes) for shape in read_polygons(path, crs))
 
 
+def polygon_names(path: str, crs: str = "") -> list[str]:
+    """Return the names of all polygons in a chart; errors are those of :func:`read_rings`."""
+    return _names(read_polygons(path, crs))
+
+
+def _names(areas: list[Shape]) -> list[str]:
+    return [area.name or str(number) for number, area in enumerate(areas)]
+
+
 def _chosen(path: str, areas: list[Shape], name: str) -> Shape:
     if len(areas) == 1 and not name:
         return areas[0]
-    names = [area.name or str(number) for number, area in enumerate(areas)]
+    names = _names(areas)
     found = [area for area, own in zip(areas, names, strict=True) if own == name]
     if len(found) == 1:
         return found[0]
@@ -271,7 +280,7 @@ def _chosen(path: str, areas: list[Shape], name: str) -> Shape:
     if not name:
         raise BadChart(
             f"{path}: holds {len(areas)} polygons ({listed}); name the one to be surveyed in "
-            "survey.area_name"
+            "survey.area_name, or sweep over their names for a survey of each"
         )
     raise BadChart(
         f"{path}: holds {len(found) or 'no'} polygon{'s' * (len(found) > 1)} of the name "
