@@ -57,3 +57,11 @@ def test_a_bay_that_cannot_be_is_told_by_each_command(
         said.append(line)
     assert len(set(said)) == 1
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_place_of_an_option_is_told_at_the_option(tmp_path: Path) -> None:
+    """And not at the land beside it, which is in the file."""
+    (tmp_path / "bay.yaml").write_text(json.dumps({"name": "bay", "survey": ISLAND}))
+    option = "asvs.formation={positions_m: [[15, 12]]}"
+    found = call("validate", str(tmp_path / "bay.yaml"), "--set", option)
+    assert f"--set {option}: asvs.formation.positions_m.0: ASV0 at (15, 12) m" in found.output

@@ -57,6 +57,7 @@ def override(document: Document, option: str) -> None:
     for places in (document.keys, document.values):
         for known in [known for known in places if known[: len(path)] == path]:
             del places[known]
+        places.update(((*path, *below), place) for below in value.values)
         # A section that this option creates has the place of the option in messages.
         for length in range(1, len(path) + 1):
             places.setdefault(path[:length], place)
