@@ -152,6 +152,23 @@ def test_a_prediction_knows_who_carries_what() -> None:
     assert abs(mixed / mixed_flown - 1.0) < 0.4
 
 
+def test_arrays_of_groups_alone_have_as_many_slow_errors_as_elements() -> None:
+    """More of them than the array that no vessel has."""
+    array = [
+        [0.1, 0, 0],
+        [-0.1, 0, 0],
+        [0, 0.1, 0],
+        [0, -0.1, 0],
+        [0, 0, 0.1],
+        [0, 0, -0.1],
+        [0.1, 0.1, 0.1],
+    ]
+    usbl = {"slow_share": 0.9, "tdoa_sd_s": 1e-6}
+    groups = own_fixes({"groups": [{"count": 2, "usbl": {"array": array}}]}, usbl=usbl)
+    alone = own_fixes({"count": 2}, usbl={**usbl, "array": array})
+    pd.testing.assert_frame_equal(groups, alone)
+
+
 # Groups (or, behind a !, all keys of asvs), and what is said of them: below asvs.groups, or !
 BAD = """
 {count: 2}, {count: 0}

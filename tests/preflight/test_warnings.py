@@ -342,23 +342,6 @@ def test_auvs_that_run_empty_before_their_survey_is_flown_are_told() -> None:
     assert "write `duration_s: survey`" in longer
 
 
-def test_ranges_seen_from_above_in_deep_water_are_told() -> None:
-    """Where AUVs are deeper than a fifth of one; the paper's are not, nor are slant ranges."""
-    hf, mf = {"range_m": 150.0}, {"range_m": 400.0}
-    deep = told(survey={"side_m": 300.0, "depth_m": 40.0}, acoustics={"hf": hf, "mf": mf})
-    words = "is 150 m seen from above: sound to an AUV at 40 m there goes 155.2 m; data sheets"
-    assert words in deep["acoustics.hf.range_m"]
-    assert "acoustics.mf.range_m" not in deep
-    at_most = told(survey={"side_m": 300.0, "depth_m": 30.0}, acoustics={"hf": hf, "mf": mf})
-    assert "acoustics.hf.range_m" not in at_most
-    slant = told(
-        survey={"side_m": 300.0, "depths_m": [40.0, 90.0, 10.0]},
-        acoustics={"hf": {**hf, "range_metric": "slant"}, "mf": mf},
-    )
-    assert "acoustics.hf.range_m" not in slant
-    assert "is 400 m seen from above: sound to an AUV at 90 m" in slant["acoustics.mf.range_m"]
-
-
 def test_vessels_too_far_away_to_hear_anybody_are_told() -> None:
     """A square of 200 m, HF reaches 50 m: who is 150 m from its middle is heard at the edge."""
     square = {"side_m": 200.0}
@@ -898,3 +881,42 @@ def test_a_horizontal_range_far_above_its_auvs_is_told_with_the_slant_one() -> N
     assert "deeper than the MF range, 199 m slant: no ASV at the surface reaches them" in found.get(
         "survey.depth_m", ""
     )
+
+
+def test_each_kind_of_vessel_is_warned_of_by_its_own_keys() -> None:
+    """What is thin, apart, taken for perfect or idle of the USBL of one group, and of all."""
+    wide = [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.5, 0.5, 0.19]]
+    sheet = {"model": "datasheet", "bearing_sd_deg": 1.0, "reference_snr_db": 20.0}
+    groups = [
+        {"count": 1, "usbl": {"model": sheet, "tdoa_sd_s": 1e-6}},
+        {"count": 1, "usbl": {"array": wide, "tdoa_sd_s": 2e-5}},
+        {"count": 1, "usbl": {"preset": "seatrac_x150"}},
+    ]
+    found = told(asvs={"groups": groups}, usbl={"tdoa_sd_s": 1e-6})
+    keys = {key: words for key, words in found.items() if "usbl" in key}
+    assert set(keys) == {
+        "asvs.groups.0.usbl.model.reference_snr_db", "asvs.groups.0.usbl.tdoa_sd_s",
+        "asvs.groups.1.usbl.array", "asvs.groups.2.usbl.preset", "usbl.tdoa_sd_s",
+    }  # fmt: skip
+    assert (
+        "too little for asvs.groups.1.usbl.tdoa_sd_s of 2e-05 s"
+        in found["asvs.groups.1.usbl.array"]
+    )
+    assert "no effect with usbl.model: datasheet" in found["usbl.tdoa_sd_s"]
+    groups[1]["usbl"] = {"array": wide, "tdoa_sd_s": 1e-6}
+    sonar = told(asvs={"groups": groups}, acoustics={"hf": {"channel": "sonar"}})
+    assert "grating lobes" in sonar["asvs.groups.1.usbl.array"]
+    timed = {"acoustics": {"hf": {"channel": {"model": "sonar", "timing": "envelope"}}}}
+    assert "acoustics.hf.channel.timing" not in told(asvs={"groups": groups}, **timed)
+    assert "acoustics.hf.channel.timing" in told(asvs={"groups": groups[:1]}, **timed)
+
+
+def test_what_every_kind_of_vessel_says_itself_has_no_effect_for_all() -> None:
+    own = {"gnss_sd_m": 0.2}
+    each = [{"count": 1, "usbl": own, "vehicle": "otter"}, {"count": 2, "usbl": own}]
+    found = told(asvs={"groups": each, "vehicle": "moored"}, usbl={"gnss_sd_m": 1.0})
+    assert "each group of ASVs says its own" in found["usbl.gnss_sd_m"]
+    assert "asvs.vehicle" not in found
+    each[1]["vehicle"] = "moored"
+    found = told(asvs={"groups": each, "vehicle": "otter"})
+    assert "each group of ASVs says its own" in found["asvs.vehicle"]

@@ -198,6 +198,18 @@ def test_a_witness_has_the_land_of_its_scenario() -> None:
     assert "land" not in list(groups_shown(case(auvs={"count": 2}, asvs=PLACED)))[1]["survey"]
 
 
+def test_a_witness_has_the_vessels_of_each_kind() -> None:
+    """Each at its place with its own USBL, and moored."""
+    unsure = {"gnss_sd_m": 3.0}
+    groups = [{"count": 1}, {"count": 2, "usbl": unsure, "vehicle": "otter"}]
+    it = case(auvs={"count": 2}, asvs={"groups": groups, "formation": PLACED["formation"]})
+    witness = Setup(Scenario.model_validate(list(groups_shown(it))[1]))
+    assert [usbl.gnss_sd for usbl in witness.usbls] == [usbl.gnss_sd for usbl in it.setup.usbls]
+    assert witness.usbls[2].gnss_sd == 3.0
+    assert witness.keeps_still
+    assert witness.stations_m == it.setup.nominal_stations_m
+
+
 def test_a_verdict_in_words_has_a_line_for_each_pair_of_signals() -> None:
     verdict = verify("quickstart")
     lines = call("verify", "quickstart").stdout.splitlines()

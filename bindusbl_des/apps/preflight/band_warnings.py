@@ -106,8 +106,8 @@ def steep(setup: Setup) -> Iterator[Problem]:
     for name, words in _steep(setup):
         yield Problem(
             f"acoustics.{name}.range_metric",
-            f"{words}; set it to slant, or acoustics.{name}.range_m to what is reached at that "
-            "depth, seen from above",
+            f"{words}; set it to slant, as data sheets have ranges, or acoustics.{name}.range_m "
+            "to what is reached at that depth, seen from above",
             (f"acoustics.{name}.range_m", "survey.depth_m", "survey.depths_m"),
         )
 

@@ -9,6 +9,7 @@ At the end stand settings of channels, instruments and casts that make each othe
 """
 
 from collections.abc import Callable, Iterator, Mapping
+from itertools import product
 from typing import Any, NamedTuple
 
 from ...core.scenario import families
@@ -512,15 +513,14 @@ RULES = (
 
 
 def idle_keys(setup: Setup) -> Iterator[Problem]:
-    """Yield given keys that have no effect for any group of AUVs that uses them, each once."""
-    if not setup.scenario.auvs.groups:
-        yield from _idle(setup, setup.scenario)
-        return
+    """Yield given keys that have no effect for any group of AUVs or ASVs that uses them, once."""
+    mixes = list(product(setup.groups, setup.vessels))
     found = [
-        {problem.key: problem for problem in _idle(setup, group.alone)} for group in setup.groups
+        {problem.key: problem for problem in _idle(setup, vessels.alone(group.alone))}
+        for group, vessels in mixes
     ]
     for key, problem in {key: own for idles in found for key, own in idles.items()}.items():
-        places = [group.place(key) for group in setup.groups]
+        places = [vessels.key(group.place(key)) for group, vessels in mixes]
         for place in dict.fromkeys(places):
             followers = [idles for idles, own in zip(found, places, strict=True) if own == place]
             if all(key in idles for idles in followers):
@@ -528,12 +528,15 @@ def idle_keys(setup: Setup) -> Iterator[Problem]:
 
 
 def overruled(setup: Setup) -> Iterator[Problem]:
-    """Yield keys for all AUVs that every group replaces by its own."""
+    """Yield keys for all AUVs, or ASVs, that every group replaces by its own."""
     dumped = _is_whole(setup.scenario)
+    protocol, peers = setup.scenario.protocol, setup.scenario.navigation.peers
+    carried = peers is not None or protocol.random_access  # AUVs may have what `usbl` says
     for key in setup.overruled_keys:
-        if _is_given(setup.scenario, key, dumped):
-            message = "has no effect: each group of AUVs says its own; remove it"
-            yield Problem(key, message, ("auvs.groups",))
+        if _is_given(setup.scenario, key, dumped) and not (carried and key.startswith("usbl.")):
+            kind = "asvs" if key.startswith(("usbl.", "asvs.")) else "auvs"
+            message = f"has no effect: each group of {kind.upper()[:3]}s says its own; remove it"
+            yield Problem(key, message, (f"{kind}.groups",))
 
 
 def _idle(setup: Setup, scenario: ScenarioKeys) -> Iterator[Problem]:
@@ -599,10 +602,13 @@ def _is_whole(part: Part) -> bool:
 
 def sheet(setup: Setup) -> Iterator[Problem]:
     """Yield a USBL's reference SNR where the channel has no SNR."""
-    hf, model = setup.scenario.acoustics.hf, setup.scenario.usbl.model
-    if "reference_snr_db" in model.settings and not hf.traits.has_levels:
+    hf = setup.scenario.acoustics.hf
+    for vessels in setup.vessels if not hf.traits.has_levels else ():
+        is_given = "reference_snr_db" in vessels.usbl.model.settings
+        if not vessels.is_first_with_usbl or not is_given:
+            continue
         yield Problem(
-            "usbl.model.reference_snr_db",
+            vessels.key("usbl.model.reference_snr_db"),
             f"has no effect with acoustics.hf.channel: {hf.channel} (it gives no signal-to-noise "
             "ratio, angles are as stated); remove it",
             ("acoustics.hf.channel",),
@@ -632,7 +638,8 @@ def sonar(setup: Setup) -> Iterator[Problem]:
     """Yield settings of a sonar that have no effect."""
     scenario = setup.scenario
     hf, ranging = scenario.acoustics.hf, scenario.protocol.ranging
-    if "timing" in hf.channel.settings and not setup.instrument.times_arrivals:
+    times_arrivals = any(vessels.instrument.times_arrivals for vessels in setup.vessels)
+    if "timing" in hf.channel.settings and not times_arrivals:
         yield Problem(
             "acoustics.hf.channel.timing",
             f"has no effect with usbl.model: {scenario.usbl.model} (how directions err is said "

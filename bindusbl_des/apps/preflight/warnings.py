@@ -123,14 +123,15 @@ def _spacing_m(array: Sequence[Sequence[float]]) -> float:
 def _lobes(setup: Setup) -> Iterator[Problem]:
     """Yield elements so far apart that phases alone leave directions ambiguous."""
     scenario = setup.scenario
-    array, hf = scenario.usbl.array, scenario.acoustics.hf
-    times_arrivals = setup.instrument.times_arrivals
-    if isinstance(array, str) or not hf.traits.has_levels or not times_arrivals:
-        return
-    wave_m = scenario.environment.sound_speed_m_per_s / (1e3 * hf.frequency_khz)
-    if (apart := _spacing_m(array)) > wave_m / 2:
+    hf = scenario.acoustics.hf
+    for vessels in setup.vessels if hf.traits.has_levels else ():
+        if not vessels.is_first_with_usbl or (array := vessels.timed_array) is None:
+            continue
+        wave_m = scenario.environment.sound_speed_m_per_s / (1e3 * hf.frequency_khz)
+        if (apart := _spacing_m(array)) <= wave_m / 2:
+            continue
         yield Problem(
-            "usbl.array",
+            vessels.key("usbl.array"),
             f"has an element {1e3 * apart:.0f} mm from the nearest other, more than half a "
             f"wavelength ({1e3 * wave_m / 2:.0f} mm): an instrument that compares phases would "
             "take some directions for others (grating lobes); here times of arrival are compared, "
@@ -145,11 +146,13 @@ SURE = 3.0
 
 def _installation(setup: Setup) -> Iterator[Problem]:
     """Yield errors of compass, GNSS and mounting that neither preset nor user gives."""
-    usbl = setup.scenario.usbl
-    if perfect := usbl.taken_for_perfect:
+    for vessels in setup.vessels:
+        usbl = vessels.usbl
+        if not vessels.is_first_with_usbl or not (perfect := usbl.taken_for_perfect):
+            continue
         which = ", ".join(f"{what} ({' or '.join(keys)})" for what, keys in perfect.items())
         yield Problem(
-            "usbl.preset",
+            vessels.key("usbl.preset"),
             f"{usbl.preset}: its sheet says nothing of what it is installed with, which is taken "
             f"to be perfect: {which}; give what yours err by, or 0",
             tuple(f"usbl.{key}" for keys in perfect.values() for key in keys),
@@ -166,35 +169,36 @@ def _flat(setup: Setup) -> Iterator[Problem]:
     |s.w| > sqrt(a / b).  If noise alone reaches that, 3 sigma sqrt(b) > a, the covariance is that
     of |s.w|, and its sign is a guess where |s.w| < 3 sigma / sqrt(a).
     """
-    scenario = setup.scenario
-    array = scenario.usbl.array
-    if isinstance(array, str) or not setup.instrument.times_arrivals:
-        return
-    import numpy as np
+    for vessels in setup.vessels:
+        if not vessels.is_first_with_usbl or (array := vessels.timed_array) is None:
+            continue
+        import numpy as np
 
-    places = np.array(array) - np.mean(array, axis=0)
-    squares, axes = np.linalg.eigh(places.T @ places)
-    sigma = scenario.environment.sound_speed_m_per_s * scenario.usbl.tdoa_sd_s / math.sqrt(2.0)
-    if SURE * sigma * math.sqrt(squares[2]) <= squares[0]:
-        return
-    flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
-    depth = min(auv.depth_m for auv in setup.auvs)
-    hf = scenario.acoustics.hf
-    down = math.asin(min(depth / hf.longest_path_m(depth), 1.0))
-    tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
-    if down - tilt >= flat:
-        return
-    thick = np.ptp(places @ axes[:, 0])
-    needed = thick * math.sqrt(SURE * sigma * math.sqrt(squares[2]) / squares[0])
-    yield Problem(
-        "usbl.array",
-        f"is {1e3 * thick:.2g} mm thick, too little for usbl.tdoa_sd_s of "
-        f"{scenario.usbl.tdoa_sd_s:.2g} s: AUVs less than {math.degrees(flat):.2g} degrees off "
-        f"its plane (they are seen down to {math.degrees(down):.2g} degrees below the horizon) may "
-        "be taken for their mirror images, of which covariances of fixes know nothing; make it "
-        f"{1e3 * needed:.2g} mm thick, and trust no z of fixes so near that plane",
-        ("usbl.tdoa_sd_s", "survey.depth_m", "acoustics.hf.range_m"),
-    )
+        scenario, noise_s = setup.scenario, vessels.usbl.tdoa_sd_s
+        places = np.array(array) - np.mean(array, axis=0)
+        squares, axes = np.linalg.eigh(places.T @ places)
+        sigma = scenario.environment.sound_speed_m_per_s * noise_s / math.sqrt(2.0)
+        if SURE * sigma * math.sqrt(squares[2]) <= squares[0]:
+            continue
+        flat = math.asin(min(SURE * sigma / math.sqrt(squares[0]), 1.0))
+        depth = min(auv.depth_m for auv in setup.auvs)
+        hf = scenario.acoustics.hf
+        down = math.asin(min(depth / hf.longest_path_m(depth), 1.0))
+        tilt = math.acos(min(abs(axes[2, 0]), 1.0))  # of the thin axis from the vertical
+        if down - tilt >= flat:
+            continue
+        thick = np.ptp(places @ axes[:, 0])
+        needed = thick * math.sqrt(SURE * sigma * math.sqrt(squares[2]) / squares[0])
+        noise = vessels.key("usbl.tdoa_sd_s")
+        yield Problem(
+            vessels.key("usbl.array"),
+            f"is {1e3 * thick:.2g} mm thick, too little for {noise} of {noise_s:.2g} s: AUVs less "
+            f"than {math.degrees(flat):.2g} degrees off its plane (they are seen down to "
+            f"{math.degrees(down):.2g} degrees below the horizon) may be taken for their mirror "
+            "images, of which covariances of fixes know nothing; make it "
+            f"{1e3 * needed:.2g} mm thick, and trust no z of fixes so near that plane",
+            (noise, "survey.depth_m", "acoustics.hf.range_m"),
+        )
 
 
 def _dissemination(setup: Setup) -> Iterator[Problem]:
@@ -276,7 +280,7 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(_former_words, bands.believed, bands.modems, bands.overheads, bands.deliveries),
     *(bands.tables, bands.echoes, bands.messages, bands.last_slots, bands.answers),
     *(bands.backlog, bands.guards, places.formation, places.deep, bands.steep),
-    *(places.aslant, bands.frames, places.anchors, failing, _dissemination, idle.sheet),
+    *(bands.frames, places.anchors, failing, _dissemination, idle.sheet),
     *(_lobes, _flat, _installation),
     *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
     *(

@@ -206,27 +206,6 @@ def tired(setup: Setup) -> Iterator[Problem]:
             yield Problem(key, f"is {timed(can)}, and the mission takes {timed(end)}", others)
 
 
-# Data sheets state slant ranges; AUVs deeper than this share of a horizontal range are notably
-# farther away.
-DEEP_SHARE = 0.2
-
-
-def aslant(setup: Setup) -> Iterator[Problem]:
-    """Yield horizontal ranges of which the slant range to the AUVs is notably longer."""
-    scenario, deepest = setup.scenario, setup.deepest_m
-    bands = ("hf", scenario.acoustics.hf), ("mf", scenario.acoustics.mf)
-    for name, band in bands if scenario.protocol.sends_frames else bands[:1]:
-        is_horizontal = band.range_metric == "horizontal" and band.traits.ends_at_range
-        if is_horizontal and deepest > DEEP_SHARE * band.range_m:
-            yield Problem(
-                f"acoustics.{name}.range_m",
-                f"is {band.range_m:g} m seen from above: sound to an AUV at {deepest:g} m there "
-                f"goes {math.hypot(band.range_m, deepest):.4g} m; data sheets give ranges aslant: "
-                "if this is one, add `range_metric: slant`",
-                (f"acoustics.{name}.range_metric", "survey.depth_m", "survey.depths_m"),
-            )
-
-
 def leaving(setup: Setup) -> Iterator[Problem]:
     """Yield AUVs whose paths leave a polygonal survey, for how long and how far."""
     area = setup.area

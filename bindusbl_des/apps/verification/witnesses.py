@@ -74,7 +74,7 @@ def staged(case: Case, actors: Mapping[int, Actor], duration_s: float, sound_spe
         "duration_s": duration_s,
         "survey": {**outline, "depths_m": [auv.depth for auv in auvs]},
         "auvs": {"count": len(auvs), **_routes(case, auvs, duration_s)},
-        "asvs": {"count": len(stations), "formation": {"positions_m": stations.tolist()}},
+        "asvs": {"formation": {"positions_m": stations.tolist()}, **_carried(dumped, stations)},
         "navigation": {"filter": "dead_reckoning"},  # which changes nothing that is sent
         "environment": {
             "sound_speed_m_per_s": sound_speed,
@@ -89,6 +89,13 @@ def staged(case: Case, actors: Mapping[int, Actor], duration_s: float, sound_spe
         data["auvs"]["ping_late_s"] = [auv.late_s for auv in auvs]
     data["acoustics"] = lossless(data)
     return data
+
+
+def _carried(dumped: Mapping[str, Any], stations: Floats) -> dict[str, Any]:
+    """Return how many moored vessels lie at stations (m), and what USBLs they have."""
+    groups = dumped.get("asvs", {}).get("groups", ())
+    own = [{name: group[name] for name in ("count", "usbl") if name in group} for group in groups]
+    return {"groups": own} if own else {"count": len(stations)}
 
 
 def lossless(plan: Plan) -> dict[str, Any]:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 from itertools import count
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -42,7 +43,6 @@ from ..records.rows import Jacobians, Recorder
 from ..scenario.families import BROADCASTER, DOWNLINK, SCHEDULE
 from ..scenario.part_choice import checked_part
 from ..setup import Setup
-from ..usbl.array import elements_of
 from ..usbl.fixes import UsblWithErrors
 from ..usbl.instrument import Usbl
 from ..usbl.own_instrument import OwnInstrument, instrument_named
@@ -323,14 +323,13 @@ def _measuring(setup: Setup, record: Recorder, streams: Streams) -> Measuring:
     instrument: Sequence[Usbl] | UsblWithErrors | OwnInstrument | None = instrument_named(
         usbl.model
     )
+    counts, slow = (setup.scenario.auvs.count, setup.scenario.asvs.count), None
     if instrument is None:
         systematic = systematic_errors_of(setup, streams)
         fleet = setup.scenario.asvs
         carried = setup.usbls if fleet.groups else (setup.usbl,) * max(fleet.count, 1)
         instrument = carried if systematic is None else UsblWithErrors(carried, systematic)
-    counts, slow = (setup.scenario.auvs.count, setup.scenario.asvs.count), None
-    if not usbl.model.is_own:
-        elements = len(elements_of(usbl.array))
+        elements = max(map(len, map(attrgetter("array"), carried)))
         slow = slow_numbers(usbl.slow_share, usbl.correlation_s, elements, streams, *counts)
     rates, sd = None, usbl.range_rate_sd_m_per_s
     if sd is not None:

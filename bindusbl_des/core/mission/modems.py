@@ -126,7 +126,10 @@ class Sensors:
     def __init__(self, setup: Setup, fleets: Sequence[VehicleFleet], streams: Streams) -> None:
         usbl, asvs = setup.scenario.usbl, setup.vessels
         self.sound_speed = setup.usbl.sound_speed
-        self.travel_time_sd_s = setup.usbl.range_sd(1) / self.sound_speed
+        instruments = [setup.usbl] * len(fleets[0]) + list(setup.usbls)
+        self.travel_time_sds_s: Sequence[float] = [
+            own.range_sd(1) / self.sound_speed for own in instruments
+        ]
         self._setup, self._streams, self._auvs = setup, streams, len(fleets[0])
         self._vehicles = [*fleets[0].vehicles, *fleets[1].vehicles]
         self._fleets = fleets

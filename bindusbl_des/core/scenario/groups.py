@@ -11,13 +11,14 @@ from functools import cached_property
 from itertools import chain
 from typing import Any, NamedTuple
 
+from .families import INSTRUMENT, InstrumentTraits
 from .key_types import Point
 from .part_choice import Settings
 from .scenario_keys import ScenarioKeys
 from .sections.navigation import Navigation
 from .sections.routes import Route
 from .sections.usbl import UsblSection
-from .sections.vehicles import Altitude, AsvGroup, AsvVehicle, AuvGroup, AuvVehicle
+from .sections.vehicles import Altitude, AsvGroup, AsvUsbl, AsvVehicle, AuvGroup, AuvVehicle
 from .shipped_settings import Kinematic
 
 # Keys of a group that for all AUVs are not in `auvs`: the depth, and the errors of own sensors.
@@ -125,9 +126,11 @@ class Vessels:
     number: int
     members: range
     own: AsvGroup | None
-    #: Their hull and USBL, and their speed (m/s) under way; None: that of the placement.
+    #: Their hull and USBL, and whether no group before has that USBL.
     vehicle: AsvVehicle
     usbl: UsblSection
+    is_first_with_usbl: bool
+    #: Their speed (m/s) under way; None: that of the placement.
     speed_m_per_s: float | None
 
     def key(self, key: str) -> str:
@@ -139,11 +142,40 @@ class Vessels:
         >>> one.key("usbl.gnss_sd_m"), two.key("usbl.gnss_sd_m"), one.key("asvs.vehicle")
         ('asvs.groups.0.usbl.gnss_sd_m', 'usbl.gnss_sd_m', 'asvs.vehicle')
         """
-        section, _, name = key.rpartition(".")
-        of = getattr(self.own, "usbl", None) if section == "usbl" else self.own
-        name = f"usbl.{name}" if section == "usbl" else name
-        is_own = getattr(of, name.rpartition(".")[2], None) is not None
-        return f"asvs.groups.{self.number}.{name}" if is_own else key
+        for replaced in self.own_keys:
+            if f"{key}.".startswith(f"{replaced}."):
+                name = key.removeprefix("asvs.").removeprefix("formation.")
+                return f"asvs.groups.{self.number}.{name}"
+        return key
+
+    @property
+    def instrument(self) -> InstrumentTraits:
+        """What their USBL instrument declares."""
+        return INSTRUMENT.declared(self.usbl.model)
+
+    @property
+    def timed_array(self) -> "tuple[tuple[float, ...], ...] | None":
+        """The elements (m) of an array of their own that times arrivals; else None."""
+        array = self.usbl.array
+        return None if isinstance(array, str) or not self.instrument.times_arrivals else array
+
+    @property
+    def own_keys(self) -> list[str]:
+        """The keys for all ASVs that these vessels replace."""
+        of = {"asvs.vehicle": self.own, "asvs.formation.speed_m_per_s": self.own}
+        of |= dict.fromkeys(
+            map("usbl.{}".format, AsvUsbl.model_fields), getattr(self.own, "usbl", None)
+        )
+        return [
+            key for key, own in of.items() if getattr(own, key.rpartition(".")[2], None) is not None
+        ]
+
+    def alone(self, scenario: ScenarioKeys) -> ScenarioKeys:
+        """Return the keys of a scenario as if all its ASVs were these; they are not validated."""
+        if self.own is None:
+            return scenario
+        asvs = scenario.asvs.model_copy(update={"groups": (), "vehicle": self.vehicle})
+        return scenario.model_copy(update={"asvs": asvs, "usbl": self.usbl})
 
 
 class Auv(NamedTuple):

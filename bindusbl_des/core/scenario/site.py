@@ -472,12 +472,13 @@ class Site(Facts):
     @fact
     def vessels(self) -> tuple[Vessels, ...]:
         """The groups of equal ASVs: those of `asvs.groups`, or one group of all ASVs."""
-        all_of, found = self.scenario.asvs, list[Vessels]()
+        all_of, found, known = self.scenario.asvs, list[Vessels](), set[int]()
         for number, own in enumerate(all_of.groups or (None,)):
             begin = found[-1].members.stop if found else 0
             said = None if own is None else own.usbl
             usbl = {name: getattr(said, name) for name in type(said).model_fields} if said else {}
             usbl = {name: value for name, value in usbl.items() if value is not None}
+            usbl_section = self.scenario.usbl.changed(usbl) if usbl else self.scenario.usbl
             vehicle, speed = (own.vehicle, own.speed_m_per_s) if own else (None, None)
             found.append(
                 Vessels(
@@ -485,10 +486,12 @@ class Site(Facts):
                     range(begin, begin + (own.count if own else all_of.count)),
                     own,
                     vehicle or all_of.vehicle,
-                    self.scenario.usbl.changed(usbl) if usbl else self.scenario.usbl,
+                    usbl_section,
+                    id(usbl_section) not in known,
                     speed,
                 )
             )
+            known.add(id(usbl_section))
         return tuple(found)
 
     @property
@@ -541,10 +544,12 @@ class Site(Facts):
 
     @fact
     def overruled_keys(self) -> tuple[str, ...]:
-        """The keys for all AUVs that have no effect, since every group gives its own value."""
-        first, *others = self.groups
-        keys = first.own_keys
-        return tuple(key for key in keys if all(key in group.own_keys for group in others))
+        """The keys for all AUVs, or ASVs, that have no effect: every group gives its own value."""
+        found = list[str]()
+        for kinds in (self.groups, self.vessels):
+            first, *others = (kind.own_keys for kind in kinds)
+            found += [key for key in first if all(key in own for own in others)]
+        return tuple(found)
 
     @fact
     def planned_speeds_m_per_s(self) -> tuple[float, ...]:

@@ -14,7 +14,7 @@ answer up that does not come within the travel time to `timeout_m` and back.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import sqrt
 from typing import Any, NamedTuple, Protocol
 
@@ -56,10 +56,10 @@ class SensedPose(NamedTuple):
 
 
 class Senses(Protocol):
-    """The sensors of all vehicles, with the error of one-way travel times (s, 1 sigma)."""
+    """The sensors of all vehicles, with the error of one-way travel times (s, 1 sigma) of each."""
 
     sound_speed: float
-    travel_time_sd_s: float
+    travel_time_sds_s: Sequence[float]
 
     def pose(self, node: Node) -> SensedPose:
         """Return a vehicle's pose by its own sensors now."""
@@ -175,7 +175,8 @@ class Modem(ABC):
     def _way_s(self, heard: HeardSignal, asked: Request) -> float:
         """Return the one-way travel time (s) from an answer: half the measured round trip."""
         took = heard.began_at_s - asked.over_at_s - self.turnaround_s
-        error = sqrt(2.0) * self.senses.travel_time_sd_s * self.node.random.standard_normal()
+        sd = self.senses.travel_time_sds_s[self.node.number]
+        error = sqrt(2.0) * sd * self.node.random.standard_normal()
         return max(0.5 * (took + error), 0.0)
 
     @abstractmethod

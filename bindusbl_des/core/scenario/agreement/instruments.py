@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 from ....support.mistakes import Problem
 from ....support.wording import did_you_mean, plain
-from ..families import INSTRUMENT
 from ..groups import Vessels
 from ..part_choice import PartChoice, mistakes
 from ..scenario_keys import Environment, ScenarioKeys
@@ -98,7 +97,7 @@ REPLACED_BY_DRIFT = {
 def instruments_problems(site: Site) -> Iterator[Problem]:
     """Yield contradictions about instruments: USBL, range rates, data sheets, assumed values."""
     for vessels in site.vessels:
-        if vessels.number == 0 or vessels.usbl is not site.scenario.usbl:
+        if vessels.is_first_with_usbl:
             yield from _usbl(site, vessels)
     yield from _range_rates(site)
     yield from _drift(site)
@@ -164,11 +163,11 @@ def _differs(site: Site, vessels: Vessels) -> Iterator[Problem]:
             "both",
             ("usbl.model",),
         )
-    elif INSTRUMENT.declared(vessels.usbl.model).times_arrivals:
+    elif vessels.instrument.times_arrivals:
         sizes = {
             len(group.usbl.array) if not isinstance(group.usbl.array, str) else ELEMENTS_OF_NAMED
             for group in site.vessels
-            if INSTRUMENT.declared(group.usbl.model).times_arrivals
+            if group.instrument.times_arrivals
         }
         if len(sizes) > 1:
             yield Problem(
