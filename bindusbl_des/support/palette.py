@@ -12,14 +12,14 @@ COLOURS = (
 )  # fmt: skip
 INK, FAINT, PLANNED, HF = "#333333", "#d8d8d8", "#9aa5af", "#6f7d8a"
 MF, ALARM = "#b97f00", "#d01030"
-LAND, SHORE = "#e9dfc6", "#8a7b56"
+LAND, SHORE, DEPTH = "#e9dfc6", "#8a7b56", "#6ba3bf"
 
 # The same on the dark ground of pages and viewers
 COLOURS_ON_DARK = (
     "#4b9cff", "#ff9b78", "#2fe0a2", "#ffaaec", "#a57cd2", "#3cd6f5", "#d6963b", "#d6fc07",
 )  # fmt: skip
 PLANNED_ON_DARK, HF_ON_DARK, MF_ON_DARK, ALARM_ON_DARK = "#5f7080", "#8796a5", "#f2c230", "#ff4d5a"
-LAND_ON_DARK, SHORE_ON_DARK = "#38331f", "#a3946a"
+LAND_ON_DARK, SHORE_ON_DARK, DEPTH_ON_DARK = "#38331f", "#a3946a", "#9fd0e8"
 
 # Cividis: even steps of lightness, the same for every kind of colour vision.  Dark is bad.
 SHADES = (
@@ -41,10 +41,11 @@ def variables() -> str:
     )
     light = {
         "plan": PLANNED, "hf": HF, "mf": MF, "collided": ALARM, "land": LAND, "shore": SHORE,
+        "depth": DEPTH,
     }  # fmt: skip
     dark = {
         "plan": PLANNED_ON_DARK, "hf": HF_ON_DARK, "mf": MF_ON_DARK, "collided": ALARM_ON_DARK,
-        "land": LAND_ON_DARK, "shore": SHORE_ON_DARK,
+        "land": LAND_ON_DARK, "shore": SHORE_ON_DARK, "depth": DEPTH_ON_DARK,
     }  # fmt: skip
     themes = ((":root", light, COLOURS), (":root[data-theme=dark]", dark, COLOURS_ON_DARK))
     return f"{shades}\n" + "\n".join(

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bindusbl_des import Scenario, Setup, simulate
+from bindusbl_des import Scenario, Setup, simulate, warnings_of
 
 FALL = np.tan(np.radians(5.0))
 SLOPE = {"depth_m": 20.0, "slope_deg": 5.0}
@@ -84,6 +84,31 @@ def test_a_hull_follows_the_bottom_below_it(vehicle: str) -> None:
     assert late["altitude_m"].to_numpy() == pytest.approx(6.0, abs=1.0)
 
 
+def test_echoes_meet_the_bottom_below_the_middle_of_their_way() -> None:
+    """From (40, 0) to an ASV at (0, 0): as over a flat sea of 20 + 20 tan 5 deg."""
+    route = {"kind": "hold", "positions_m": [[40.0, 0.0]]}
+
+    def heard(bottom: Any, bathymetry: Any) -> Any:
+        sonar = {"model": "sonar", "bottom_m": bottom, "bandwidth_khz": 0.1}  # it blends in 15 m
+        keys: dict[str, Any] = {
+            "auvs": {"route": route, "recovery_m": None},
+            "asvs": {"count": 1, "formation": {"model": "positions", "positions_m": [[0, 0]]}},
+            "acoustics": {"hf": {"channel": sonar}},
+            "duration_s": 10.0,
+        }
+        scenario = Scenario.model_validate(asked(bathymetry, **keys))
+        assert Scenario.model_validate(scenario.model_dump(mode="json")) == scenario
+        return simulate(scenario, seed=1).tables["receptions"]
+
+    there = heard("bathymetry", SLOPE)
+    flat = heard(20.0 + 20.0 * FALL, None)
+    assert len(there) > 5
+    for name in ("snr_db", "arrived_at_s"):
+        assert there[name].to_numpy() == pytest.approx(flat[name].to_numpy(), rel=1e-12)
+    other = heard(20.0, None)
+    assert np.abs(other["snr_db"] - there["snr_db"]).max() > 0.01
+
+
 def test_a_held_place_is_above_its_bottom() -> None:
     route = {"kind": "hold", "positions_m": [[40.0, 0.0]]}
     setup = Setup(Scenario.model_validate(asked(auvs={"route": route, "depth": {"altitude_m": 7}})))
@@ -142,6 +167,13 @@ def test_a_way_into_the_ground_is_a_mistake() -> None:
             {"bathymetry": {"depth_m": 20.0, "file": "x.tif"}},
             "excludes depth_m and slope_deg",
         ),
+        (
+            {
+                "bathymetry": None,
+                "acoustics": {"hf": {"channel": {"model": "sonar", "bottom_m": "bathymetry"}}},
+            },
+            "acoustics.hf.channel.bottom_m: is that of environment.bathymetry, and there is none",
+        ),
         ({"bathymetry": {"slope_deg": 2.0}}, "gives neither depth_m nor file"),
         (
             {"asvs": {"count": 1, "formation": {"model": "positions", "positions_m": [[-250, 0]]}}},
@@ -155,6 +187,26 @@ def test_a_way_into_the_ground_is_a_mistake() -> None:
 )
 def test_what_does_not_fit_is_told(keys: dict[str, Any], words: str) -> None:
     assert words in refused(**keys)
+
+
+def test_slopes_that_are_too_steep_are_told_before() -> None:
+    """A kinematic AUV dives at 10 deg over 30 deg: at the end it is 120 (tan 30 - tan 10) m higher.
+
+    A REMUS at 1 m/s climbs by some 7 deg; a BlueROV2 follows 15 deg.
+    """
+    steep = {"depth_m": 60.0, "slope_deg": 30.0}
+
+    def told(bathymetry: Any, **auvs: Any) -> list[str]:
+        scenario = Scenario.model_validate(asked(bathymetry, auvs=auvs))
+        return [it.message for it in warnings_of(scenario) if it.key.startswith("auvs.depth")]
+
+    (slow,) = told(steep, depth={"altitude_m": 5.0, "climb_angle_deg": 10.0})
+    assert "leaves AUV0 up to 48.1 m higher than altitude_m, at x 60 m, y 0 m" in slow
+    assert told(steep, depth={"altitude_m": 5.0, "climb_angle_deg": 31.0}) == []
+    gentle = {"depth_m": 40.0, "slope_deg": 15.0}
+    (remus,) = told(gentle, vehicle="remus100", depth={"altitude_m": 5.0})
+    assert "at 1 m/s remus100 climbs by 6.79 deg, and it does not look ahead" in remus
+    assert told(gentle, vehicle="bluerov2", speed_m_per_s=0.5, depth={"altitude_m": 5.0}) == []
 
 
 EXACT = {

@@ -26,6 +26,7 @@ from ...support.files import draft_of
 from ...support.palette import (
     ALARM_ON_DARK,
     COLOURS_ON_DARK,
+    DEPTH_ON_DARK,
     HF_ON_DARK,
     MF_ON_DARK,
     SHORE_ON_DARK,
@@ -149,7 +150,7 @@ class Look(NamedTuple):
 
 LOOKS = {
     AREA: Look("survey", "#ffffff", 2.5),
-    DEPTH: Look("depths", "#9fd0e8", 1.0, 0.7),
+    DEPTH: Look("depths", DEPTH_ON_DARK, 1.0, 0.7),
     LAND: Look("survey", SHORE_ON_DARK, fill=0.4),
     KEEP_OUT: Look("survey", ALARM_ON_DARK, fill=0.25),
     VESSEL: Look("vessels", "#fee838"),

@@ -16,7 +16,7 @@ from matplotlib.path import Path
 from ...core.geometry.geodesy import east_north
 from ...core.setup import Setup
 from ...support.arrays import Floats
-from ...support.palette import HF, INK, LAND, MF, PLANNED, SHORE
+from ...support.palette import DEPTH, HF, INK, LAND, MF, PLANNED, SHORE
 from .style import (
     LARGEST_LEGEND,
     add_lines,
@@ -116,11 +116,11 @@ def _draw_bottom(axes: Axes, setup: Setup) -> None:
     """Draw lines of equal depth of the bottom, with their depth (m) where each is longest."""
     for depth, lines in setup.contours:
         shown = [east_north(line) for line in lines]
-        add_lines(axes, shown, [PLANNED] * len(shown), linewidths=0.4, zorder=0.4)
+        add_lines(axes, shown, [DEPTH] * len(shown), linewidths=0.5, zorder=0.4)
         if shown:
             x, y = max(shown, key=len)[len(max(shown, key=len)) // 2]
             axes.annotate(
-                f"{depth:g} m", (x, y), ha="center", va="center", fontsize=6, color=PLANNED,
+                f"{depth:g} m", (x, y), ha="center", va="center", fontsize=6, color=DEPTH,
                 clip_on=True, zorder=0.4,
             )  # fmt: skip
 

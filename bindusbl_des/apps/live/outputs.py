@@ -63,9 +63,10 @@ def _content(reading: Reading, earth: Earth) -> dict[str, Any]:
             by = None if fix.broadcast_by is None else f"ASV{fix.broadcast_by}"
             at = _place((fix.x_m, fix.y_m, fix.z_m), earth)
             return {"kind": "fix", **_known(fix, "auv", *UNKNOWN), "broadcast_by": by, **at}
-        case EstimateReading(place=place, covariance=((xx, xy), (_, yy))):
+        case EstimateReading(place=place, covariance=((xx, xy), (_, yy)), altitude_m=high):
             spread = {"sd_x_m": math.sqrt(max(xx, 0.0)), "sd_y_m": math.sqrt(max(yy, 0.0))}
-            return {"kind": "estimate", **_place(place, earth), **spread, "cov_xy_m2": xy}
+            above = {} if high is None else {"altitude_m": high}
+            return {"kind": "estimate", **_place(place, earth), **spread, "cov_xy_m2": xy, **above}
         case Pinged(ping=ping):
             return {"kind": "ping", "ping": ping}
         case FrameReading(frame=frame):

@@ -70,7 +70,8 @@ class FixReading(NamedTuple):
 
 class EstimateReading(NamedTuple):
     """Where an AUV believes to be: x, y of its navigator, z of its pressure sensor (m), and the
-    covariance of x and y (2, 2), m2, and the noise of the depth (m).
+    covariance of x and y (2, 2), m2, the noise of the depth (m); and its height above the bottom
+    (m) by its altimeter, which has no error, None where the bottom is not known.
     """
 
     at_s: float
@@ -78,6 +79,7 @@ class EstimateReading(NamedTuple):
     place: tuple[float, float, float]
     covariance: tuple[tuple[float, float], tuple[float, float]]
     depth_sd_m: float
+    altitude_m: float | None = None
 
 
 class Pinged(NamedTuple):
@@ -241,12 +243,16 @@ class Instruments:
                 yield Gnss(fix.fixed_at_s, name, (fix.x_m, fix.y_m), None, fix.sd_m)
         scenario, states = self._mission.scenario, self._mission.auvs()
         depth_sd, now = scenario.navigation.depth_sd_m, np.array([at_s])
+        setup = Setup.of(scenario)
+        high = (setup.bottom.below(states.truth) - states.truth[:, 2]).tolist()
         for auv, (x, y, z, yaw) in enumerate(states.truth.tolist()):
             name, (north, east) = f"AUV{auv}", states.estimate[auv].tolist()
             if self._is_wanted(name):
-                depth = z + float(pressure_errors(Setup.of(scenario), self._streams, auv, now)[0])
+                depth = z + float(pressure_errors(setup, self._streams, auv, now)[0])
                 covariance = states.covariance[auv].tolist()
-                yield EstimateReading(at_s, name, (north, east, depth), covariance, depth_sd)
+                altitude = None if math.isnan(high[auv]) else high[auv]
+                place = north, east, depth
+                yield EstimateReading(at_s, name, place, covariance, depth_sd, altitude)
                 if self._truth:
                     yield Truth(at_s, name, (x, y, z), yaw)
 

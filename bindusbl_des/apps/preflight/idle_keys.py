@@ -348,7 +348,27 @@ RULES = (
         "auvs.route.{surface_for_s,climb_angle_deg}",
         "the AUVs stay at their depth",
     ),
+    idle(
+        {"auvs.depth.altitude_m": (None,)},
+        "auvs.depth.{shallowest_m,climb_angle_deg}",
+        "the AUVs keep a depth, not an altitude",
+    ),
+    idle({"auvs.depth.altitude_m": GIVEN}, "survey.depth_m", "the AUVs keep an altitude"),
     # The water
+    idle(
+        {"environment.bathymetry.slope_deg": (0.0,)},
+        "environment.bathymetry.slope_towards_deg",
+        "the bottom is flat",
+    ),
+    idle(
+        {
+            "environment.current_m_per_s": (0.0,),
+            "environment.current_variation_m_per_s": (0.0,),
+            "environment.current": EVERYWHERE,
+        },
+        "navigation.dvl_range_m",
+        "without a current, logs measure the same over ground and through the water",
+    ),
     idle(
         {"environment.temperature_c": (None,)},
         "environment.salinity_psu",

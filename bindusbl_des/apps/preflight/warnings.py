@@ -288,6 +288,7 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
         places.idle,
         places.tired,
         places.leaving,
+        places.low,
         places.tracks,
         places.ashore,
         perhaps_carried_away,

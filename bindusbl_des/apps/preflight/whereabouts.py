@@ -243,6 +243,43 @@ def leaving(setup: Setup) -> Iterator[Problem]:
         )
 
 
+# An altitude that is left by less than this share of it is kept.
+KEPT_SHARE = 0.1
+
+
+def low(setup: Setup) -> Iterator[Problem]:
+    """Yield AUVs whose altitude the bottom is too steep for, by how much, and where."""
+    for auv in setup.auvs:
+        asked, hull = auv.group.altitude, auv.group.vehicle
+        if asked.altitude_m is None:
+            continue
+        try:
+            off, steepest, (x, y) = setup.altitude_left(auv)
+        except ValueError:
+            return  # reported as a mistake
+        if off < KEPT_SHARE * asked.altitude_m:
+            continue
+        climbs, key = f"{math.degrees(math.atan(steepest)):.3g} deg", auv.group.key("depth")
+        if hull.has_dynamics:
+            yield Problem(
+                f"{key}.altitude_m",
+                f"is not kept by AUV{auv.number} where the bottom is steep: at "
+                f"{auv.speed_m_per_s:g} m/s {hull} climbs by {climbs}, and it does not look ahead, "
+                f"so that it may be some {off:.2g} m too low or too high about x {x:.0f} m, y "
+                f"{y:.0f} m; ask for more, for another speed or vehicle, or plan lanes along the "
+                "slope",
+                (key, auv.group.key("speed_m_per_s")),
+            )
+        else:
+            yield Problem(
+                f"{key}.climb_angle_deg",
+                f"leaves AUV{auv.number} up to {off:.3g} m higher than altitude_m, at x {x:.0f} m, "
+                f"y {y:.0f} m: the bottom is steeper than {climbs}; allow a steeper climb, or plan "
+                "lanes along the slope",
+                (f"{key}.altitude_m",),
+            )
+
+
 def named(kind: str, numbers: Sequence[int]) -> str:
     """Return vehicles by their numbers, with the verb; of many the first few."""
     names = [f"{kind}{number}" for number in numbers[:MOST_NAMED]]

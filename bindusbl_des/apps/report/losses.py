@@ -18,7 +18,7 @@ def lost(mission: Recording) -> tuple[str, ...]:
     text = [f"<b>Schedule:</b> {escape(broken)}"] if broken else []
     return (
         *_losses(mission), *_collisions(mission), *text, *_beyond_reach(mission),
-        *_untold(mission.metrics),
+        *_untold(mission.metrics), *_aground(mission.metrics),
     )  # fmt: skip
 
 
@@ -32,6 +32,20 @@ def _untold(metrics: Metrics) -> list[str]:
     slots = counted(sum(missed.values()), "slot")
     return [
         f"<b>Slots:</b> {slots} began before their AUV had decoded a frame that names it: {named}."
+    ]
+
+
+def _aground(metrics: Metrics) -> list[str]:
+    """Return who went into the ground, which nothing stopped."""
+    least = {row["auv"]: row["least_altitude_m"] for row in metrics.auvs}
+    deep = {auv: -high for auv, high in least.items() if high is not None and high <= 0.0}
+    if not deep:
+        return []
+    most = sorted(deep, key=lambda auv: -deep[auv])[:MOST_OTHERS]
+    named = ", ".join(f"{auv} ({deep[auv]:.1f} m)" for auv in most)
+    return [
+        f"<b>Ground:</b> {counted(len(deep), 'AUV')} went into the bottom, which is not simulated: "
+        f"{named}. Ask for a greater altitude, another speed or vehicle, or lanes along the slope."
     ]
 
 

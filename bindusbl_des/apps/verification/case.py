@@ -321,7 +321,8 @@ class Case:
     def depths(self) -> tuple[tuple[float, float], ...]:
         """The least and greatest depth of each AUV (m).
 
-        AUVs with equations of motion are taken to be anywhere down to their depth.
+        AUVs with equations of motion, and such as keep an altitude, are taken to be anywhere down
+        to their depth.
         """
         found = []
         for auv, track in zip(self.setup.auvs, self.setup.auv_tracks, strict=True):
@@ -329,6 +330,7 @@ class Case:
                 found.append((float(track[1][:, 2].min()), float(track[1][:, 2].max())))
                 continue
             flies = auv.group.vehicle.is_steered or auv.number in self.setup.rising
+            flies = flies or auv.group.altitude.altitude_m is not None
             found.append((0.0 if flies else auv.depth_m, auv.depth_m))
         return tuple(found)
 

@@ -13,22 +13,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...support.arrays import Floats
+from ..vehicles.bottom import UNKNOWN, Bottom
 from .channel import SELDOM, Prospects, Receiver, Signals
 from .propagation import PROSPECT
 from .sonar_equation import REFERENCE_M, LinkBudget, SoundMessage, chance_decoded, threshold_db
-from .sound_settings import PingSonar, Sonar, Sound
+from .sound_settings import OfBathymetry, PingSonar, Sonar, Sound
 
 Complex = NDArray[np.complex128]
 
 
 class Sea(NamedTuple):
-    """A flat sea for echoes: its depth (m), its water (kg/m3, m/s), the bottom's sediment (kg/m3,
-    m/s), and the standard deviation of the surface's height (m).
+    """A sea for echoes, flat for each of them: its depth (m), its water (kg/m3, m/s), the bottom's
+    sediment (kg/m3, m/s), and the standard deviation of the surface's height (m).
 
     The sediment is a fluid without loss; the default is sand.
     """
 
-    depth_m: float
+    depth_m: float | Floats
     density_kg_per_m3: float = 1025.0
     sound_speed_m_per_s: float = 1500.0
     bottom_density_kg_per_m3: float = 1900.0
@@ -95,7 +96,7 @@ def echoes(
         *(np.asarray(value, dtype=float) for value in (range_m, source_depth_m, receiver_depth_m))
     )
     if not all(((depth >= 0.0) & (depth <= sea.depth_m)).all() for depth in (source, receiver)):
-        raise ValueError(f"depths must lie in the sea, between 0 and {sea.depth_m:g} m")
+        raise ValueError(f"depths must lie in the sea, between 0 and {np.max(sea.depth_m):g} m")
     taken = tuple(ways(most_reflections))
     upright = np.array(
         [
@@ -334,6 +335,7 @@ class EchoingSonar:
     sea: Sea
     plain: SonarChannel
     hears: Listener
+    floor: Bottom = UNKNOWN
 
     @property
     def receiver(self) -> Receiver:
@@ -364,18 +366,28 @@ class EchoingSonar:
             found["late_s"] = np.where(np.isnan(echo["lowered"]), 0.0, echo["late_s"])
         return found
 
+    def _sea_of(self, signals: Signals) -> Sea:
+        """Return the sea of each signal (n, m): as deep as below the middle of its way; on average,
+        where that is not known.
+        """
+        if not self.floor.is_known:
+            return self.sea
+        middles = (signals.auvs[:, None, :2] + signals.asvs[:, :2]) / 2.0
+        depth = self.floor.below(middles.reshape(-1, 2)).reshape(middles.shape[:2])
+        depth = np.where(np.isnan(depth), np.nanmean(self.floor.depths), depth)
+        return self.sea._replace(depth_m=np.maximum(depth, 2.0 * self.settings.transducer_m))
+
     def heard(self, signals: Signals) -> Heard:
         """Return the answer about each signal (n, m), and its echoes (n, m), :data:`ECHO`."""
         away = np.hypot(
             signals.auvs[:, None, 0] - signals.asvs[:, 0],
             signals.auvs[:, None, 1] - signals.asvs[:, 1],
         )
-        depth = self.sea.depth_m
+        sea = self._sea_of(signals)
+        depth = sea.depth_m
         source = np.clip(signals.auvs[:, None, 2], 0.0, depth)
         receiver = np.clip(signals.asvs[None, :, 2], self.settings.transducer_m, depth)
-        found = echoes(
-            self.sea, self.settings.frequency_khz, away, source, receiver, MOST_REFLECTIONS
-        )
+        found = echoes(sea, self.settings.frequency_khz, away, source, receiver, MOST_REFLECTIONS)
         straight = (receiver - source) / np.maximum(np.hypot(away, source - receiver), 1e-3)
         blend = blended(found, straight, self.settings.bandwidth_khz)
         apart = found.later_s * self.settings.bandwidth_khz * 1e3 >= 1.0
@@ -398,8 +410,11 @@ def echoing_sonar(
     message: SoundMessage,
     band_range_m: float,
     sound_speed_m_per_s: float,
+    floor: Bottom = UNKNOWN,
 ) -> EchoingSonar:
-    """Return the channel of pings over a flat bottom of sand; see :func:`.sonar_channel`."""
+    """Return the channel of pings over a bottom of sand, flat unless its `floor` is known; see
+    :func:`.sonar_channel`.
+    """
     assert settings.bottom_m is not None
     return EchoingSonar(
         settings,
@@ -410,4 +425,5 @@ def echoing_sonar(
         ),
         sonar_channel(settings, budget, message, band_range_m),
         listener(settings, budget, message, band_range_m),
+        floor if isinstance(settings.bottom_m, OfBathymetry) else UNKNOWN,
     )

@@ -1,8 +1,15 @@
 """Settings of the channels with levels, `sonar` and `table`."""
 
-from typing import Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import model_validator
+from pydantic import (
+    Field,
+    PlainSerializer,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    model_validator,
+)
 
 from ..scenario.families import Lossy
 from ..scenario.key_types import Real, Text, key
@@ -105,11 +112,39 @@ class OfPings(Sound):
     )
 
 
+BATHYMETRY = "bathymetry"
+
+
+class OfBathymetry(float):
+    """The depth (m) of a sea whose bottom is that of the scenario; NaN, in a file `bathymetry`."""
+
+
+def _read_bottom(value: Any, validate: ValidatorFunctionWrapHandler) -> Any:
+    if isinstance(value, OfBathymetry) or value == BATHYMETRY:
+        return OfBathymetry("nan")
+    return validate(value)
+
+
+Deep = Annotated[
+    Real | None,
+    Field(ge=1, le=12_000),
+    WrapValidator(_read_bottom),
+    PlainSerializer(lambda value: BATHYMETRY if isinstance(value, OfBathymetry) else value),
+    WithJsonSchema(
+        {"anyOf": [{"type": "number", "minimum": 1, "maximum": 12_000}, {"type": "null"},
+                   {"const": BATHYMETRY}]}
+    ),
+]  # fmt: skip
+
+
 class PingSonar(OfPings, Sonar):
     """Settings of the channel `sonar` of pings."""
 
-    bottom_m: Real | None = key(
-        None, "m", "depth of a flat sea that echoes pings; null = no echoes", ge=1, le=12_000
+    bottom_m: Deep = key(
+        None,
+        "m",
+        "depth of a flat sea that echoes pings; `bathymetry`: for each ping that of "
+        "environment.bathymetry at the middle of its way; null = no echoes",
     )
     surface_sd_m: Real = key(
         0.0, "m", "standard deviation of the surface's height, for its echoes", ge=0, le=20

@@ -438,6 +438,32 @@ class Site(Facts):
 
         return following(plan.tour, slopes)
 
+    def altitude_left(self, auv: Auv) -> tuple[float, float, Point]:
+        """Return how far (m) an AUV is planned to leave its altitude at most, how steeply (m/m) it
+        climbs and dives, and where that is (m).
+
+        Raises:
+            ValueError: when a route cannot be flown.
+        """
+        import numpy as np
+
+        from ..geometry.following import following
+
+        plan, slopes = self.plans_that_ship[auv.number], self.follows.get(auv.group)
+        if plan is None or slopes is None:
+            return 0.0, math.inf, self.area.centroid
+        path, hull = plan.path, auv.group.vehicle
+        if hull.has_dynamics:
+            slopes = slopes._replace(steepest=hull.steepest_climb(auv.speed_m_per_s))
+            path = following(path, slopes)
+        count = min(math.ceil(path.length / slopes.step), 20_000) + 1
+        along = np.linspace(0.0, path.length, count)
+        places = path.sample(along)[:, :2]
+        off = slopes.wanted(places) - (slopes.depth - path.heights(along))
+        worst = int(off.argmax())
+        x, y = places[worst].tolist()
+        return float(off[worst]), slopes.steepest, (x, y)
+
     def depth_at(self, auv: Auv, place: Point) -> float:
         """Return the depth (m) at which an AUV goes at a position (m)."""
         kept = self.keeping(auv.group)

@@ -23,5 +23,6 @@ def sonar(asking: Asking, *, settings: Sonar) -> AskedChannel:
     budget = link_budget(settings, site.water)
     if isinstance(settings, PingSonar) and site.pings_echo:
         speed = site.sound_speed_m_per_s
-        return echoing_sonar(settings, budget, asking.message, asking.range_m, speed)
+        given = settings, budget, asking.message, asking.range_m, speed
+        return echoing_sonar(*given, site.bottom)
     return sonar_channel(settings, budget, asking.message, asking.range_m)

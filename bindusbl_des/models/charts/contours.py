@@ -8,7 +8,7 @@ import numpy as np
 from ...support.arrays import Floats
 
 # The most lines between the least and the greatest depth, and steps (m) times powers of ten
-MOST, STEPS = 8, (1.0, 2.0, 5.0)
+MOST, STEPS = 12, (1.0, 2.0, 5.0)
 # Lines shorter than this share of the map are left out, and points closer than this share of it
 SHORT, CLOSE = 0.03, 0.004
 
@@ -16,8 +16,8 @@ SHORT, CLOSE = 0.03, 0.004
 def levels_of(low: float, high: float) -> list[float]:
     """Return the round depths (m) from one to another that a map shows.
 
-    >>> levels_of(12.0, 31.0), levels_of(0.0, 1200.0)
-    ([15.0, 20.0, 25.0, 30.0], [200.0, 400.0, 600.0, 800.0, 1000.0, 1200.0])
+    >>> levels_of(12.0, 31.0), levels_of(0.0, 45.0)[:3]
+    ([14.0, 16.0, 18.0, 20.0, 22.0, 24.0, 26.0, 28.0, 30.0], [5.0, 10.0, 15.0])
     """
     if not high > low:
         return []

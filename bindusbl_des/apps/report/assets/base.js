@@ -53,7 +53,7 @@ const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   for (const name of ["paper", "sheet", "ink", "soft", "line", "grid", "accent", "shade", "sea",
-    "hf", "mf", "collided", "plan", "land", "shore"]) {
+    "hf", "mf", "collided", "plan", "land", "shore", "depth"]) {
     colours[name] = style.getPropertyValue("--" + name).trim();
   }
   colours.series = Array.from({ length: 8 }, (_, i) => style.getPropertyValue("--c" + i).trim());

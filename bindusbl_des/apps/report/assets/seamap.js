@@ -288,9 +288,9 @@ class SeaMap {
   // Lines of equal depth, each with its depth at the middle of its longest.
   drawBottom(context) {
     for (const { depth, lines } of this.mission.contours ?? []) {
-      for (const line of lines) this.line(context, line.map(([x]) => x), line.map(([, y]) => y), { colour: colours.soft, width: 1, alpha: 0.5 });
+      for (const line of lines) this.line(context, line.map(([x]) => x), line.map(([, y]) => y), { colour: colours.depth, width: 1 });
       const [longest = []] = [...lines].sort((one, other) => other.length - one.length);
-      if (longest.length) this.label(context, `${depth} m`, ...this.at(...longest[Math.floor(longest.length / 2)]), colours.soft);
+      if (longest.length) this.label(context, `${depth} m`, ...this.at(...longest[Math.floor(longest.length / 2)]), colours.depth);
     }
   }
   // Water where nobody goes, hatched the other way than what is unknown, and land.

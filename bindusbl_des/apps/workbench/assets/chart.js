@@ -21,7 +21,7 @@ export class Chart {
     this.map.setView([0, 0], 0);
     L.control.scale({ imperial: false }).addTo(this.map);
     for (const [name, level] of [["grid", 250], ["shade", 260], ["shadows", 270], ["sea", 400]]) this.map.createPane(name).style.zIndex = level;
-    this.layers = Object.fromEntries(["grid", "area", "shadows", "ways", "rings", "turns"].map((name) => [name, L.layerGroup().addTo(this.map)]));
+    this.layers = Object.fromEntries(["grid", "depths", "area", "shadows", "ways", "rings", "turns"].map((name) => [name, L.layerGroup().addTo(this.map)]));
     this.map.on("zoomend moveend resize", () => this.graticule());
     this.map.on("dragstart zoomstart", () => { this.fitted = false; });
     this.map.on("mousemove", ({ latlng }) => this.tellPlace(place(latlng)));
@@ -85,6 +85,7 @@ export class Chart {
     for (const id of ["add", "edit", "erase", ...Object.keys(DRAWN)]) byId(id).disabled = !chart; // mend it first
     if (!chart) return;
     this.chart = chart = { ways: [], points: [], shadows: [], ...chart };
+    this.showDepths(chart.contours ?? []);
     this.showArea(chart);
     this.showWays(chart);
     this.showShadows(chart.shadows);
@@ -99,6 +100,20 @@ export class Chart {
       this.shadeBy(null);
       byId("auvs").hidden = true;
       byId("worst").textContent = "It cannot be flown like this; the reason stands under Scenario.";
+    }
+  }
+  // Lines of equal depth, each with its depth at the middle of its longest.
+  showDepths(contours) {
+    const known = JSON.stringify(contours);
+    if (known === this.depths) return;
+    this.depths = known;
+    this.layers.depths.clearLayers();
+    for (const { depth, lines } of contours) {
+      const longest = Math.max(...lines.map(({ length }) => length));
+      for (const line of lines) {
+        const shown = L.polyline(line.map(at), { className: "depth", interactive: false, pmIgnore: true, pane: "shadows" }).addTo(this.layers.depths);
+        if (line.length === longest) shown.bindTooltip(`${depth} m`, { permanent: true, direction: "center", className: "depth-words" });
+      }
     }
   }
   showArea({ outline, land, keep_out: keepOut }) {

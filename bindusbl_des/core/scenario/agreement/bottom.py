@@ -32,6 +32,12 @@ def bottom_problems(site: Site) -> Iterator[Problem]:
                 key, f"needs a bottom, and there is none; add {KEY} (a file, or its depth)", (KEY,)
             )
     if site.scenario.environment.bathymetry is None:
+        if site.scenario.acoustics.hf.channel.settings.get("bottom_m") == "bathymetry":
+            yield Problem(
+                "acoustics.hf.channel.bottom_m",
+                f"is that of {KEY}, and there is none; add it, or give the depth in m",
+                (KEY,),
+            )
         return
     try:
         _ = site.area

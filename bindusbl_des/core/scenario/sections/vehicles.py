@@ -79,6 +79,12 @@ class VehicleChoice:
 
         return top_speed(self.model, dict(self.coefficients))
 
+    def steepest_climb(self, speed: float) -> float:
+        """Return how steeply (m/m) a hull climbs at a speed (m/s) in still water."""
+        from ...vehicles.guidance.climbing import steepest_climb
+
+        return steepest_climb(self.model, speed, self.coefficients)
+
     def carried_away(
         self, speeds: Sequence[float], currents: Sequence[float]
     ) -> tuple[int, str] | None:
