@@ -135,7 +135,8 @@ def _quieter(data: dict[str, Any], draw: random.Random) -> None:
 # Keys that are drawn apart
 APART = (
     ("auvs", "groups"), ("asvs", "groups"), ("survey", "land"), ("survey", "keep_out"),
-    ("environment", "wind"),
+    ("environment", "wind"), ("environment", "bathymetry"), ("auvs", "depth"),
+    ("navigation", "dvl_range_m"),
 )  # fmt: skip
 
 
@@ -157,6 +158,7 @@ def _value(schema: dict[str, Any], draw: random.Random, path: tuple[str, ...]) -
         return draw.choice(schema["anyOf"][0]["enum"])
     if "anyOf" in schema:
         arms = [arm for arm in schema["anyOf"] if not _is_own(arm)]
+        arms = [arm for arm in arms if arm.get("const") != "bathymetry"]  # which is drawn apart
         if any(arm.get("type") == "number" for arm in arms):  # angles, which may be texts as well
             arms = [arm for arm in arms if arm.get("type") != "string"]
         nulls = [arm for arm in arms if arm.get("type") == "null"]

@@ -191,6 +191,7 @@ def test_all_holds_of_five_thousand_drawn_missions(part: int, tmp_path: Path) ->
 
 
 # Keys that are not drawn, or seldom, and why.
+BOTTOM = "a bottom, and what is above it: vehicles/test_bottom.py"
 SAILS = "vessels that sail have a wind: vehicles/test_sailing.py"
 OFFICES = "which of many a file of a chart or of routes means: charts/test_offices.py"
 DEGREES = "the same places on Earth: scenario/test_places.py reads them as metres"
@@ -208,6 +209,18 @@ NOT_DRAWN = {
     "environment.wind.veer_sd_deg": SAILS,
     "environment.wind.gust_time_s": SAILS,
     "environment.wind.file": SAILS,
+    "environment.bathymetry": BOTTOM,
+    "environment.bathymetry.depth_m": BOTTOM,
+    "environment.bathymetry.slope_deg": BOTTOM,
+    "environment.bathymetry.slope_towards_deg": BOTTOM,
+    "environment.bathymetry.file": BOTTOM,
+    "environment.bathymetry.crs": BOTTOM,
+    "environment.bathymetry.positive": BOTTOM,
+    "auvs.depth": BOTTOM,
+    "auvs.depth.altitude_m": BOTTOM,
+    "auvs.depth.shallowest_m": BOTTOM,
+    "auvs.depth.climb_angle_deg": BOTTOM,
+    "navigation.dvl_range_m": BOTTOM,
     "asvs.groups": "vessels that differ: mission/test_mixed_vessels.py",
     "survey.crs": OFFICES,
     "modems.lines": "files of what hosts said: live/test_wires.py",
