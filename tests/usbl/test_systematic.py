@@ -21,8 +21,8 @@ from bindusbl_des.core.usbl.fixes import HeardBeacon, located_with_errors, measu
 from bindusbl_des.core.usbl.fusion import fuse_shared
 from bindusbl_des.core.usbl.instrument import packed
 from bindusbl_des.core.usbl.measuring import Instrument, PackedInstrument
+from bindusbl_des.core.usbl.sights import Heard
 from bindusbl_des.core.usbl.systematic_effects import SLOW, SYSTEMATIC, Systematic
-from bindusbl_des.core.usbl.two_way import Heard
 from bindusbl_des.core.vehicles.motion import together
 from bindusbl_des.core.vehicles.vehicle import moored
 

@@ -22,7 +22,7 @@ channel is asked in numpy, once for all signals that begin at one instant (`chan
 
 *One table of sounds per band.* Vehicles are numbered AUVs first, then ASVs.  Each signal is on
 record as one row for each vehicle that it reaches, in the order in which signals were sent.  A ping
-at a vehicle that measures it is a row of `receptions` (`propagation.spread`); calls, frames, data
+at a vehicle that measures it is a row of `receptions` (`propagation.spread_pings`); calls, frames,
 packets, signals of programs, and pings as other AUVs hear them are rows of the band's table of
 sounds (`sounds`, written by `signals`).  Both kinds of rows have the columns that one search needs
 to find which other sounds arrive at the same time (`sounds.interference`).  While a vehicle sends,

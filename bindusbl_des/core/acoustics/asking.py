@@ -12,7 +12,9 @@ Sounding = TypeVar("Sounding", bound=Sound)
 
 
 def as_sold(settings: Sounding, modem: str | None) -> Sounding:
-    """Return settings in which figures of a band's modem replace those that are not given."""
+    """Return settings in which the data sheet of a band's `modem` gives the figures that the
+    scenario does not (None: the settings as they are).
+    """
     if modem is None:
         return settings
     values = preset("modem", modem).values

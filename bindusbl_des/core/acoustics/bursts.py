@@ -89,9 +89,7 @@ def renewed(key: np.uint64, burst_s: float, time: float, loss: float) -> tuple[f
 
 @compiled
 def burst_luck(pair: Row, time: float, loss: float) -> float:
-    """Return the luck of a pair, :data:`PAIR`, at an instant (s), a standard normal; `loss` as of
-    :func:`renewed`.
-    """
+    """Return the luck of a pair at `time` (s), a standard normal; `loss` as of :func:`renewed`."""
     _, luck = renewed(pair.key, pair.burst_s, time, loss)
     return luck
 

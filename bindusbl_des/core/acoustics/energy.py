@@ -31,8 +31,8 @@ class OnAir(NamedTuple):
 
 
 class Hf(NamedTuple):
-    """Of HF: how long (s) a signal lasts, how far (m) it is heard, in slant or horizontal range,
-    the sound speed (m/s), and how long (s) the mission lasts.
+    """The HF band of a mission: how long (s) a signal lasts, how far (m) it is heard, in slant or
+    horizontal range, the sound speed (m/s), and how long (s) the mission lasts.
     """
 
     signal: float
@@ -106,7 +106,9 @@ def on_hf(
 
 
 def _beside(begins: Floats, packets: Rows, hf: Hf) -> float:
-    """Return the time (s) that pings and calls, which begin so, and sounds of packets cover."""
+    """Return the time (s) that pings and calls from `begins` (n,), s, on and sounds of packets
+    cover.
+    """
     every = np.concatenate((begins, packets["arrived_at_s"]))
     lasts, order = np.append(np.full(len(begins), hf.signal), packets["lasts_s"]), np.argsort(every)
     return together(every[order], lasts[order], hf.mission)
@@ -147,7 +149,7 @@ def covered(starts: Floats, length: float, end: float) -> float:
 
 
 def together(begins: Floats, lasts: Floats, end: float) -> float:
-    """Return the time (s) before `end` covered by intervals (n,) that begin in this order.
+    """Return the time (s) before `end` covered by intervals (n,) whose `begins` (s) rise.
 
     >>> together(np.array([0.0, 1.0, 5.0]), np.array([2.0, 0.5, 3.0]), 6.0)
     3.0

@@ -188,8 +188,8 @@ def loss_probability(slant_range: float, terms: LossTerms) -> float:
 
 @compiled
 def chance_of(luck: float) -> float:
-    """Return the probability that luck is below this one, a standard normal: a signal is lost if
-    this is below its loss probability.
+    """Return luck, a standard normal, as a uniform number in [0, 1]: a signal is lost if that is
+    below its loss probability.
 
     >>> chance_of(0.0)
     0.5

@@ -121,12 +121,14 @@ class Messages:
             yield Message(carried, now, size, self.modem.airtime(size), self.modem.delay(size))
 
     def payload_bytes(self, fixes: int, named: int = 0) -> int:
-        """Return the bytes of one message."""
+        """Return the bytes of one message of `fixes` fixes that announces the slots of `named`
+        AUVs.
+        """
         assigned = named * self.assignment_bytes
         return payload_bytes(fixes, self.header_bytes, self.fix_bytes) + assigned
 
     def airtime(self, fixes: int, named: int = 0) -> float:
-        """Return the airtime (s) of one message."""
+        """Return the airtime (s) of one such message."""
         return self.modem.airtime(self.payload_bytes(fixes, named))
 
     def delay(self, fixes: int, named: int = 0) -> float:

@@ -52,7 +52,9 @@ def frame_channel(site: Site) -> FrameChannel | None:
 
 
 def in_shadow(channel: FrameChannel | None, slant: bool, land: Land) -> FrameChannel:
-    """Return the channel of frames, None: the disc, in a sea with land."""
+    """Return a channel of frames (None: the disc, in `slant` or horizontal range) in a sea with
+    land.
+    """
 
     @cache
     def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:
@@ -86,9 +88,7 @@ def loss_of(loss: Loss, range_m: float, auvs: int) -> LossTerms:
 
 
 def timing_sd_of(hf: UplinkSection) -> float:
-    """Return the timing noise (s) that a ping of 0 dB adds at each element; 0 for channels without
-    levels.
-    """
+    """Return the timing noise (s) that a ping of 0 dB adds at each element; 0 without levels."""
     timing = hf.channel.settings.get("timing", "constant")
     if timing == "constant" or not CHANNEL.declared(hf.channel).has_levels:
         return 0.0

@@ -102,8 +102,10 @@ def all_within(auvs: Floats, asvs: Floats, slant: bool, reach: float) -> Flags:
 
 
 @compiled
-def lost(slant_range: float, number: int, listener: int, way: SignalPath) -> float:
-    """Return the probability that a signal between the two is lost over a slant range (m)."""
+def loss_at(slant_range: float, number: int, listener: int, way: SignalPath) -> float:
+    """Return how likely a signal over a slant range (m) is lost, from sender `number` of its group
+    to a listener.
+    """
     if way.prospects.size:
         return float(way.prospects[number, listener].loss)
     return loss_probability(slant_range, way.loss)
@@ -118,10 +120,10 @@ def drowns(strength: float, others: float, capture: float) -> bool:
 
 
 @compiled
-def meet(begins: float, ends: float, other_begins: float, other_ends: float) -> bool:
+def overlap(begins: float, ends: float, other_begins: float, other_ends: float) -> bool:
     """Return whether two sounds overlap, by their begins and ends (s); touching does not count.
 
-    >>> meet(0.0, 1.0, 0.9, 3.0), meet(0.0, 1.0, 1.0, 3.0)
+    >>> overlap(0.0, 1.0, 0.9, 3.0), overlap(0.0, 1.0, 1.0, 3.0)
     (True, False)
     """
     return bool(other_begins < ends - TOUCH and other_ends > begins + TOUCH)
@@ -145,7 +147,7 @@ class Spread(NamedTuple):
 
 
 @compiled
-def spread(
+def spread_pings(
     packed: int, group: Ints, round_number: int, slot: int, time: float, calls: int, sure: bool,
     ping: int, row: int,
 ) -> int:  # fmt: skip
@@ -216,8 +218,8 @@ def _reach(
             line.ping, line.listener = ping.ping, listener
             line.auv = listener if into.asvs_send else ping.auv
             line.asv = ping.asv if into.asvs_send else listener
-            _meet(line, ping.sent_at_s, straight, bent, way.band)
-            line.loss = lost(line.slant_range_m, number, listener, way) if heard else 1.0
+            _set_arrival(line, ping.sent_at_s, straight, bent, way.band)
+            line.loss = loss_at(line.slant_range_m, number, listener, way) if heard else 1.0
             line.outcome = IN_FLIGHT if heard else OUT_OF_RANGE
             line.why, line.overlapped_by = NONE if heard else why, NONE
             line.slow_range = nan
@@ -235,7 +237,7 @@ def _reach(
 
 
 @compiled
-def _meet(line: Row, sent_at: float, straight: float, bent: float, band: SignalBand) -> None:
+def _set_arrival(line: Row, sent_at: float, straight: float, bent: float, band: SignalBand) -> None:
     """Write when a ping arrives: `straight` (s) is its travel time on a straight ray, `bent` (s)
     how much later it arrives.
     """
@@ -248,13 +250,13 @@ def _meet(line: Row, sent_at: float, straight: float, bent: float, band: SignalB
 @compiled
 def arrive(packed: int, row: int, straight: float, bent: float) -> None:
     """Write the arrival of a ping that is nearly there, now that its travel time on a straight ray
-    and how much later it arrives are known (s); `packed` as of :func:`spread`.
+    and how much later it arrives are known (s); `packed` as of :func:`spread_pings`.
     """
     into = unpacked(packed, Spread)
     line, way = into.receptions[row], into.way
-    _meet(line, line.sent_at_s, straight, bent, way.band)
+    _set_arrival(line, line.sent_at_s, straight, bent, way.band)
     if line.outcome != OUT_OF_RANGE:
-        line.loss = lost(line.slant_range_m, 0, line.listener, way)
+        line.loss = loss_at(line.slant_range_m, 0, line.listener, way)
 
 
 def lose_at_failed(failures: Failures, pings: Rows, receptions: Rows, band: SignalBand) -> None:
@@ -281,7 +283,9 @@ def lose_at_failed(failures: Failures, pings: Rows, receptions: Rows, band: Sign
 
 
 def silence(receptions: Rows, outcome: int) -> None:
-    """Let nothing arrive of a ping whose call had an outcome other than heard."""
+    """Let a ping that its AUV does not send, since its call had another `outcome` than heard,
+    arrive nowhere: change its receptions.
+    """
     for name in ("arrived_at_s", "ended_at_s", "snr_db"):
         receptions[name] = nan
     unanswered = receptions["outcome"] != OUT_OF_RANGE
@@ -328,7 +332,7 @@ def _travel(
         sent_at = ping.sent_at_s + line.bent_s
         straight = travel_time_to(here, listeners, line.listener, sent_at, band.sound_speed)
         silent = isnan(line.arrived_at_s)  # an AUV that no call reached does not ping
-        _meet(line, ping.sent_at_s, straight, line.bent_s, band)
+        _set_arrival(line, ping.sent_at_s, straight, line.bent_s, band)
         if silent:
             line.arrived_at_s = line.ended_at_s = nan
         latest = max(latest, line.travel_time_s)

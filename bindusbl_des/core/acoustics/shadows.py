@@ -17,8 +17,8 @@ from .propagation import PROSPECT, all_within
 
 @dataclass(frozen=True)
 class AskedDisc:
-    """The disc: signals are decoded within their reach, slant or seen from above, but for those
-    that its loss takes.
+    """The disc: signals within their reach, slant or horizontal, are decoded unless they are lost
+    by its `loss`.
     """
 
     loss: LossTerms
@@ -27,7 +27,7 @@ class AskedDisc:
     audible_m: float | None = None
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal."""
+        """Return the answer about each signal (n, m), :data:`.propagation.PROSPECT`."""
         near = all_within(signals.auvs, signals.asvs, self.slant, signals.reach)
         lost, out = self.loss.over(signals.ranges.ravel()), np.zeros(near.shape, PROSPECT)
         out["sound"], out["snr_db"] = near, nan
@@ -53,7 +53,9 @@ class Shadowed:
         return self.open_sea.audible_m
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return what becomes of each signal; what would be no sound anyway is not blocked."""
+        """Return the answer about each signal (n, m); one that makes no sound anyway is not
+        blocked.
+        """
         found = self.open_sea.prospects(signals)
         reaches = (found["loss"] < 1.0) | (found["sound"] > 0.0)
         blocked = reaches & self.land.crossed(signals.auvs, signals.asvs)

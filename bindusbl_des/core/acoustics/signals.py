@@ -149,7 +149,7 @@ class Sounds(EventBuffer):
 
     @staticmethod
     def lose(sounds: Rows, cut: Flags, why: int) -> None:
-        """Mark as lost, with a reason `why`, the sounds (n,) in `cut` (n,) that would be
+        """Mark as lost, for the reason `why`, those sounds (n,) in `cut` (n,) that would be
         decoded.
         """
         cut = cut & (sounds["outcome"] == IN_FLIGHT)
@@ -194,8 +194,8 @@ class Sounds(EventBuffer):
     def outcome(
         self, row: int, time: float, capture: float, pings: Pings = NO_PINGS
     ) -> tuple[int, int, int]:
-        """Return the outcome of a sound by an instant (s), the reason, and the number of the signal
-        that overlapped it; `pings` sound at ASVs as well.
+        """Return the outcome of a sound (a row) by `time` (s), the reason, and the number of the
+        signal that overlapped it; `pings` sound at ASVs as well.
         """
         found = outcome_of(
             self.sea.address, row, time + ROUNDING, self.known(time), self.count, *pings, self.auvs,
@@ -206,7 +206,7 @@ class Sounds(EventBuffer):
         return found
 
     def failing(self, sounds: Rows) -> Flags:
-        """Tell which sounds (n,) are at ASVs that have failed, or fail before they are over."""
+        """Return which sounds (n,) are at ASVs that have failed, or fail before they are over."""
         failures = self.fleets[1].failures
         if failures is None:
             return np.zeros(len(sounds), np.bool_)
@@ -218,8 +218,8 @@ class Sounds(EventBuffer):
 def luck_keys(
     streams: Streams, purpose: Purpose, sender: tuple[int, ...], fleets: tuple[VehicleFleet, ...]
 ) -> NDArray[np.uint64]:
-    """Return the keys that draw the losses of a sender's signals at each vehicle: a further vehicle
-    leaves those of the others as they were.
+    """Return the keys that draw the losses of a sender's signals at each vehicle, (vehicles,): a
+    further vehicle leaves those of the others as they were.
     """
     return np.concatenate([
         streams.of(purpose, *sender, kind).integers(2**64, size=len(fleet), dtype=np.uint64)

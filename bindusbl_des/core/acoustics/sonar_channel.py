@@ -40,7 +40,8 @@ class Sea(NamedTuple):
 class EchoPath(NamedTuple):
     """The path of an echo: its reflections, such as SB for surface, then bottom.
 
-    Its vertical extent is 2 `depths` H + `source` zs + `receiver` zr.
+    Its vertical extent is 2 `depths` H + `source` zs + `receiver` zr, with the depths of sea,
+    source and receiver.
     """
 
     name: str

@@ -24,7 +24,7 @@ from ...support.packed import unpacked
 from ..records.events import BLOCKED, IN_FLIGHT
 from ..records.rows import NONE, Row, Rows, row_type
 from ..vehicles.motion import Motion, Place, velocity, where
-from .propagation import TOUCH, meet
+from .propagation import TOUCH, overlap
 from .travel_time import PASSED, distance, travel_time_by, travel_time_to
 
 # Strength of a vehicle's own sound, which drowns all others: it hears nothing while it sends.
@@ -167,13 +167,13 @@ def interference(
     sounds: Rows, before: int, after: int, listener: int, begins: float, ends: float,
     longest: float, echoes: Rows | None, sea: Sea | None, known: float,
 ) -> tuple[float, int]:  # fmt: skip
-    """Return the summed strength of the sounds that a listener has between two instants (s), and
-    the row of the strongest, of equals the last of those sent before; NONE if there is none.
+    """Return the summed strength of the sounds that arrive at a listener between two instants (s),
+    and the row of the strongest, of equals the last of those sent before; NONE if there is none.
 
     Rows below `before` and from `after` on are searched.  None is over later than `longest` (s)
     after it was sent.  Their `echoes`, one row for each, :data:`.sonar_channel.ECHO`, sound too, if
-    not None.  `sounds` are those of a `sea`, where motion is known up to `known` (s); or, with
-    `sea` None, rows with the same columns that are already solved.
+    not None. `sounds` are those of a `sea`, where motion is known up to `known` (s); or, with `sea`
+    None, rows with the same columns that are already solved.
     """
     total, most, strongest = 0.0, 0.0, NONE
     for row in range(before - 1, -1, -1):
@@ -203,13 +203,13 @@ def _meanwhile(
     if sound.listener == listener:
         if sea is not None:
             solve(sound, known, sea)
-        if meet(begins, ends, sound.arrived_at_s, sound.ended_at_s):
+        if overlap(begins, ends, sound.arrived_at_s, sound.ended_at_s):
             strength = sound.sound
         if echoes is not None:
             echo = echoes[row]
             for way in range(len(echo.later_s)):
                 later = echo.later_s[way]
-                if meet(begins, ends, sound.arrived_at_s + later, sound.ended_at_s + later):
+                if overlap(begins, ends, sound.arrived_at_s + later, sound.ended_at_s + later):
                     strength += echo.sound[way]
     return strength
 
@@ -218,8 +218,8 @@ def _meanwhile(
 def heard_meanwhile(
     packed: int, count: int, listener: int, since: float, time: float, known: float
 ) -> Floats:
-    """Return the intervals (s) of all sounds at a listener between two instants (s), the later of
-    which is now; (n, 2), in the order in which they begin.
+    """Return the intervals (n, 2), s, of all sounds at a listener between `since` and `time` (s),
+    which is now, in the order in which they begin.
 
     `packed` is the address of a :class:`Sea` with `count` sounds; `known` as of :func:`solve`.  A
     sound that begins as another ends counts; a signal that begins at this very instant is not known

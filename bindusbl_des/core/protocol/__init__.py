@@ -50,9 +50,11 @@ lost by the channel; destroyed by a frame that overlaps it, or by the AUV's own 
 has one transducer (`duplex: per_node`); else heard.  `exchange.Exchange` is that band where AUVs
 send, too: there each frame is decided as it ends at a listener.
 
-Where AUVs follow planned routes, their estimates steer nothing: a fix is applied when the estimate
-is asked for, at the latest at the mission's end, but with its own instant.  AUVs that steer by
-their estimates have each fix at the event of its delivery.
+Where AUVs follow planned routes, their estimates steer nothing: a fix is applied when the mission
+asks for the estimate (`Deliveries.settle`), at the latest at its end, but with its own instant.
+AUVs that steer by their estimates have each fix at the event of its delivery.
+
+AUVs may range each other as well (`peers`), by programs beside all this on HF.
 
 What is decided late, and why
 -----------------------------

@@ -9,9 +9,10 @@ from ..records.rows import EventBuffer
 
 
 class Acknowledged:
-    """Fixes, rows of the record, that the fleet knows to be delivered, and since when (s).
+    """The fixes that AUVs have acknowledged: by row of the record, since when (s) the fleet knows
+    it.
 
-    `update` takes in acknowledgements that came since, before each answer.
+    `update` notes the acknowledgements that came since its last call; each question below calls it.
     """
 
     def __init__(self, fixes: EventBuffer, auvs: int) -> None:
@@ -21,7 +22,7 @@ class Acknowledged:
         self.update: Callable[[], None] = lambda: None
 
     def note(self, fix: int, time: float) -> None:
-        """Note a fix whose acknowledgement reaches the fleet at an instant (s)."""
+        """Note that the acknowledgement of a fix (its row) reaches the fleet at `time` (s)."""
         if fix in self.since_s:
             return
         self.since_s[fix] = time
@@ -37,15 +38,13 @@ class Acknowledged:
 
     @property
     def at_s(self) -> Floats:
-        """Since when (s) the fleet has known of each AUV's newest acknowledged fix, (n,), or
-        NaN.
-        """
+        """When (s) the fleet learned of each AUV's newest acknowledged fix, (n,), or NaN."""
         self.update()
         return np.array(self._newest[0])
 
     @property
     def pinged_at_s(self) -> Floats:
-        """When (s) each AUV sent the ping of that fix, (n,)."""
+        """When (s) each AUV sent the ping of its newest acknowledged fix, (n,), or NaN."""
         self.update()
         return np.array(self._newest[1])
 
@@ -81,8 +80,8 @@ class Repeating:
         self._left: dict[int, int | None] = {}  # by fix: repetitions left
 
     def with_due(self, waiting: range, room: int | None) -> Ints:
-        """Return the `waiting` fixes, sent now for the first time, and behind them, oldest first,
-        the fixes to be repeated, as many as fit into `room` (None: all).
+        """Return the rows of the fixes to broadcast now, (k,): all `waiting`, sent for the first
+        time, then those to be repeated, oldest first, at most `room` of these (None: all).
         """
         fixes = self._fixes.rows
         for fix in fixes[self._looked :]:

@@ -29,15 +29,15 @@ class Answers:
         self._complete = env.event()
 
     def begin(self, slot: SlotNumber, calls: int) -> None:
-        """Begin a slot in which so many AUVs are called; answers to other slots do not count."""
+        """Begin a slot in which `calls` AUVs are called; answers to other slots do not count."""
         self._slot, self._missing, self._complete = slot, calls, self._env.event()
 
     def expect(self, slot: SlotNumber, pings: range, caller: int) -> None:
-        """Wait until the ASV that has called can have decoded pings."""
+        """Count those of the `pings`, answers in a slot, that the calling ASV `caller` decodes."""
         self._outcomes.when_over(self._env, pings, partial(self._decode, slot), caller)
 
     def wait(self, ends: float) -> Generator[simpy.Event, None, float]:
-        """Wait for the answers, at most until an instant (s); return when the slot is over."""
+        """Wait for all answers, at most until `ends` (s); return when (s) the slot is over."""
         complete = self._complete
         yield complete | moment(self._env, ends)
         if not complete.triggered:

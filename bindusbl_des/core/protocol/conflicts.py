@@ -37,7 +37,7 @@ SMALL_FLEET = 32
 
 
 def hearing(auvs: Floats, asvs: Floats, reach: float, slant: bool) -> Flags:
-    """Return which AUVs are within a reach (m) of which ASVs, shape (AUVs, ASVs).
+    """Return which AUVs are within `reach` (m) of which ASVs, (n, m): slant or horizontal distance.
 
     `auvs` (n, 3) and `asvs` (m, 3) are positions in m.
     """
@@ -72,13 +72,14 @@ class VehiclePositions:
 
 @compiled
 def _survey(packed: int, time: float, auvs: Floats, asvs: Floats, heard: Flags) -> None:
+    """Write positions (m) at `time` (s) to `auvs` (n, 3), `asvs` (m, 3); their :func:`hearing`."""
     of = unpacked(packed, Surveyed)
     auvs[:], asvs[:] = places_of(of.auvs, time), places_of(of.asvs, time)
     heard[:] = all_within(auvs, asvs, of.slant, of.reach)
 
 
 def _remembered(work_out: Callable[[Flags], Answer]) -> Callable[[Flags], Answer]:
-    """Cache a function of a small fleet's hearing (n, m)."""
+    """Return a function of hearing (n, m) that keeps its answers for small fleets."""
 
     def asked(heard: bytes, auvs: int, asvs: int) -> Answer:
         return work_out(np.frombuffer(heard, dtype=np.bool_).reshape(auvs, asvs))
@@ -157,7 +158,7 @@ GROUPINGS: Mapping[str, Callable[[Flags], Sequence[Sequence[int]]]] = {
 
 
 def _grouped(colours: Ints) -> Groups:
-    """Return the AUVs of each colour, in index order."""
+    """Return the AUVs of each colour, in index order; `colours` (AUVs,)."""
     order = np.argsort(colours, kind="stable")
     ends = np.cumsum(np.bincount(colours))[:-1]
     return tuple(tuple(group.tolist()) for group in np.split(order, ends))
@@ -175,7 +176,11 @@ def _degrees(heard: Flags) -> Ints:
 
 @compiled
 def _count_neighbours(heard: Flags, hearers: Words, bits: Ints, degrees: Ints) -> None:
-    """Count the AUVs that each AUV's listeners hear; an AUV is one bit in a row of `hearers`."""
+    """Write each AUV's number of conflicts to `degrees` (AUVs,), zeros at first.
+
+    `hearers` (ASVs, words) has a bit for each AUV that an ASV hears; `bits` (256,) counts those of
+    a byte.
+    """
     met = np.empty(hearers.shape[1], dtype=np.uint64)
     for auv in range(len(heard)):
         for word in range(met.size):
@@ -211,7 +216,9 @@ def greedy_colours(heard: Flags, colours: Ints) -> None:
 
 @compiled
 def _smallest(own: Ints, used: Flags, first: int) -> int:
-    """Return the smallest colour from `first` on that none of the ASVs `own` hears."""
+    """Return the least colour from `first` on that no ASV of `own` hears; `used` (ASVs,
+    colours).
+    """
     colour = first
     while _is_used(own, used, colour):
         colour += 1
@@ -251,7 +258,11 @@ def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
 
 @compiled
 def _is_new(heard: Flags, own: Ints, used: Flags, colour: int) -> bool:
-    """Return whether an ASV of `own`, and no ASV with the colour so far, hears an AUV."""
+    """Return whether a neighbour's `colour` is new to an AUV with hearing `heard` (ASVs,).
+
+    It is, if an ASV of `own`, those that hear the neighbour, hears the AUV too, and none that hears
+    the AUV has heard the colour before.
+    """
     shared = False
     for asv in own:
         shared = shared or heard[asv]

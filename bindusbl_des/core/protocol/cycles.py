@@ -55,9 +55,7 @@ class _Bands:
 
 @dataclass
 class _Dissemination:
-    """Stand-in for schedule dissemination: each broadcast names `named` AUVs; all know their
-    slots.
-    """
+    """Stand-in for dissemination: each broadcast names `named` AUVs; all know their slots."""
 
     named: int
 
@@ -80,7 +78,7 @@ class _Nobody:
     failures, vehicles, broadcasts = None, (), ()
 
 
-class _Dry:
+class _SilentNetwork:
     """Stand-in for a downlink's network: slots, airtimes, and one ASV that broadcasts."""
 
     def __init__(self, slots: Slots, brings: Sequence[int], named: int, busy_s: float) -> None:
@@ -125,7 +123,7 @@ def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: in
     brings = [each + (slot < more) for slot in range(groups)]
     busy_s = 0.0
     while True:
-        dry = _Dry(slots, brings, named, busy_s)
+        dry = _SilentNetwork(slots, brings, named, busy_s)
         if not groups:
             dry.bands.waiting = fixes
         ends = _run(downlink, dry, groups)
@@ -136,8 +134,10 @@ def cycle(downlink: str | None, slots: Slots, groups: int, fixes: int, named: in
         busy_s = left
 
 
-def _run(downlink: str | None, dry: _Dry, groups: int) -> float:
-    """Return when (s) a round ends that begins at 0 s."""
+def _run(downlink: str | None, dry: _SilentNetwork, groups: int) -> float:
+    """Return the end (s) of a round of so many ping groups that begins at 0 s.  A user-defined
+    downlink runs as `sequential`, no downlink (None) as `direct_reply`.
+    """
     rounds = direct_reply if downlink is None else sequential
     if downlink is not None and downlink in DOWNLINK.parts:
         rounds = DOWNLINK.part(downlink)

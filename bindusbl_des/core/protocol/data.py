@@ -72,8 +72,8 @@ class Data:
             self._next[auv] = next(self._made[auv])
 
     def lasts_s(self, auv: int, time: float) -> float:
-        """Return how long (s) an AUV still sends after a ping that begins at an instant (s): a
-        packet, if one waits.
+        """Return how long (s) an AUV still sends after a ping that begins at `time` (s): pause and
+        packet, or 0 if no packet waits.
         """
         self._make(auv, time)
         return self._gap + self._lasts if self._waiting[auv] else 0.0
@@ -124,8 +124,8 @@ class Data:
         self._number(sent)
 
     def _number(self, sent: dict[int, Packet]) -> None:
-        """Number packets in the order in which they were made, also in `overlapped_by` of other
-        rows; before, `sent` packets were numbered in the order of sending.
+        """Renumber packets from the order of sending (keys of `sent`) to the order in which they
+        were made, also where other rows name them in `overlapped_by`.
         """
         self._record.packets.sort(key=lambda packet: (packet.made_at_s, packet.auv))
         for number, packet in enumerate(self._record.packets):
@@ -144,5 +144,5 @@ class Data:
             packet.latency_s = ended - packet.made_at_s
 
     def _became(self, row: int, time: float) -> int:
-        """Return the outcome of a packet at an ASV by an instant (s)."""
+        """Return the outcome of a packet's sound, a row, at its ASV by `time` (s)."""
         return self._uplink.became(row, time)[0]

@@ -49,16 +49,18 @@ class Deliveries:
         self._deliver_by(arrives, [fix])
 
     def _deliver_by(self, instant: float, rows: Iterable[int]) -> None:
-        """Schedule the delivery of fixes, the last by an instant (s), where the instant matters."""
+        """Schedule the delivery of the fixes `rows`, the last of which arrives at `instant` (s), if
+        code waits for deliveries or AUVs steer by fixes.
+        """
         if self.on_frame is not None:
             self.on_frame(rows)
         elif not self._auvs.foreseen:  # AUVs steer by fixes, or are moved from outside
             moment(self._env, instant).callbacks.append(lambda _: self.deliver(instant))
 
     def settle(self, time: float) -> None:
-        """Deliver the fixes that have arrived by an instant (s), all of whose events are over.
+        """Deliver the fixes that have arrived by `time` (s), once all events up to then are over.
 
-        AUVs that steer by fixes have had each at its own instant, and nothing is left to do.
+        AUVs that steer by fixes have had each at its own instant: for them nothing is left to do.
         """
         if self._auvs.foreseen:
             self.deliver(time)
@@ -99,7 +101,9 @@ class OwnFixes(Deliveries):
         self._outcomes = outcomes
 
     def expect(self, pings: range) -> None:
-        """Schedule deliveries of each fix, where AUVs steer by fixes or are moved from outside."""
+        """Schedule the delivery of the fix that each AUV may make of these pings, if AUVs steer by
+        fixes or are moved from outside.
+        """
         if not self._auvs.foreseen:
             lasts = self._outcomes.band.duration
             self._outcomes.when_over(self._env, pings, lambda _, came: self.settle(came + lasts))
@@ -112,10 +116,10 @@ class OwnFixes(Deliveries):
 
 @compiled
 def delivered(fixes: Rows, first: int, end: int, time: float, due: Ints) -> tuple[int, int]:
-    """Mark the fixes first..end that have arrived by an instant (s) as delivered; write their rows
-    to `due`, in the order of their arrival.
+    """Mark the fixes of rows first..end that have arrived by `time` (s) as delivered; write their
+    rows to `due` in the order of their arrival.
 
-    Return how many there are, and the first row that is still in flight.
+    Return how many there are, and the first row that is still in flight (`end`: none).
     """
     count, waiting = 0, end
     for row in range(first, end):

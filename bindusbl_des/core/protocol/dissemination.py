@@ -1,5 +1,5 @@
-"""Schedule dissemination: frames announce the slots of AUVs; which AUV knows by when, which pings
-anyway.
+"""Schedule dissemination: frames announce slots; which AUVs know theirs by when, and which ping
+without.
 
 The fleet assigns the slots of a round as the frame begins that announces them, and knows of its
 AUVs only what fixes say.  An AUV knows the slots of frames that it has decoded, and nothing else.
@@ -67,9 +67,10 @@ class AnnouncedRound:
         self.frames.clear()
 
     def learn(self, decoded: Decoded, time: float) -> list[int]:
-        """Note which AUVs know the plan by an instant (s); return those for which that is new.
+        """Note which AUVs know the plan by `time` (s); return those for which that is new.
 
-        An AUV knows its slot by the frame that names it; that it has none it knows by all frames.
+        An AUV learns its slot from the frame that names it, and that it has none from all frames
+        together.
         """
         if not self.frames or self.informed.all():
             return []
@@ -127,7 +128,7 @@ class LastHeard:
         return np.asarray(time - self._heard_at > self._forget_after)
 
     def recall(self, lost: NDArray[np.bool_], number: int) -> int:
-        """Return the lost AUV that a round, by its number, recalls: of longest ago."""
+        """Return the least recently recalled of the `lost` AUVs (n,), for round `number`."""
         auv = int(np.argmin(np.where(lost, self._recalled_in, number)))
         self._recalled_in[auv] = number
         return auv
@@ -136,8 +137,9 @@ class LastHeard:
 class Announcing(NamedTuple):
     """How slots are announced: frames of a round announce the round `ahead` rounds later.
 
-    `missed` and `chance` say what AUVs do that received no slot.  Every `recall_rounds` rounds one
-    lost AUV gets a slot.
+    `missed` is what AUVs do that received no slot (:class:`.announcing.BroadcastSettings`),
+    `chance` how likely each pings in a contention slot.  Every `recall_rounds` rounds one lost AUV
+    gets a slot.
     """
 
     ahead: int
@@ -230,8 +232,8 @@ class Dissemination:
         return named
 
     def foretell(self, number: int, ends: float) -> None:
-        """Start the announced round once a downlink slot has ended (s), or as soon as it can
-        then.
+        """Set the start of the round that round `number` has announced: the end (s) of its downlink
+        slot, or later, if the round before it or its time frame asks for that.
         """
         ahead = number + self.announcing.ahead
         plan, starts = self._plans[ahead], [ends, self.opens(ahead)]
@@ -240,8 +242,8 @@ class Dissemination:
         plan.starts_s = max(starts)
 
     def send(self, number: int, broadcast: int, part: int, named: Sequence[int]) -> None:
-        """Note that a broadcast, by its number, of a round names AUVs; `part` 0 is an ASV's
-        first.
+        """Note that an ASV sends a frame of round `number`, a row of broadcasts, that names AUVs;
+        `part` counts the ASV's frames of that broadcast from 0.
         """
         plan = self._plans[number + self.announcing.ahead]
         plan.frames.append((broadcast, named))
@@ -250,8 +252,8 @@ class Dissemination:
     def _plan(
         self, number: int, time: float, starts: float, ahead_s: float = 0.0
     ) -> AnnouncedRound:
-        """Return the plan of a round by what the fleet knows at an instant (s), `ahead_s` (s)
-        before the round begins.
+        """Return the plan of a round that begins at `starts` (s), by what the fleet knows at `time`
+        (s); it expects the start `ahead_s` (s) after that at the latest.
         """
         view, lost = self.view(number, time), self.last_heard.lost(time)
         view.heard[lost] = False
@@ -330,7 +332,7 @@ class Dissemination:
                     self._reckon(auv, 1)
 
     def _learn(self, auv: int, plan: AnnouncedRound) -> None:
-        """Let an AUV know a plan."""
+        """Let an AUV know a plan: its slot, and when its turn begins."""
         slot = plan.slot_of(auv)
         if self.announcing.missed == "contention":
             slot = len(plan.groups) - 1
@@ -340,7 +342,9 @@ class Dissemination:
         self.auvs[auv].learn(plan, turn, slot or 0)
 
     def _reckon(self, auv: int, rounds: int) -> None:
-        """Schedule an AUV's turn in the round so many after the last that was announced to it."""
+        """Schedule an AUV's turn by its own reckoning, `rounds` rounds after the last that was
+        announced to it, or in the first later one whose turn is not past.
+        """
         knowledge = self.auvs[auv]
         if knowledge.turn_s is None:
             return
@@ -360,7 +364,9 @@ class Dissemination:
     def _turn(
         self, auv: int, informed: int, rounds: int, instant: float, _: simpy.Event | None = None
     ) -> None:
-        """Let an AUV have the turn that it has reckoned, unless it knows a later round by now."""
+        """Let an AUV ping in the turn that it has reckoned, unless a round later than `informed`,
+        the last that it knew of when it did, has been announced to it.
+        """
         self._hear(instant)
         knowledge = self.auvs[auv]
         if knowledge.round != informed:

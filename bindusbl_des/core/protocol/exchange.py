@@ -136,8 +136,8 @@ class Exchange(MfDownlink):
         part: int = 0,
         told: Ints | None = None,
     ) -> None:
-        """Send fixes of a round in a frame that starts at `time` (s), for the first time or again;
-        their arrivals are not written yet.
+        """Send the fixes `rows` (k,) of a round in a frame that starts at `time` (s), for the first
+        time or again; their arrivals are not written yet.
         """
         number, fixes = len(self._first), self._fixes.array
         for row in rows:
@@ -202,8 +202,11 @@ class Exchange(MfDownlink):
     def _take(
         self, sent: AsvFrame, auv: int, hops: int, turn: int, by: int, time: float, on_clock: float
     ) -> None:
-        """Let an AUV have a frame at an instant (s), exact and on the clock, that so many AUVs have
-        forwarded, last the AUV `by` in its `turn` (NONE and -1: it comes from its ASV).
+        """Let an AUV take a frame that its modem delivers at `time` (s), `on_clock` with ticks: its
+        own fixes, and its turns to forward and to acknowledge.
+
+        The frame came over `hops` AUVs, last over the AUV `by` in its `turn`; straight from its ASV
+        over 0, with NONE and -1.
         """
         if (sent.number, auv) in self._decoded:
             return
@@ -234,7 +237,7 @@ class Exchange(MfDownlink):
         moment(self._env, time).callbacks.append(lambda _: verb(max(time, self._env.now)))
 
     def _relay(self, sent: AsvFrame, auv: int, hops: int, turn: int, time: float) -> None:
-        """Let an AUV forward a frame at an instant (s)."""
+        """Let an AUV forward a frame at `time` (s) in its `turn`, as the last of `hops` AUVs."""
         message = sent.message
         row = AuvFrame(
             len(self._record.auv_frames), "relay", auv, sent.number, hops, time, message.airtime_s,
@@ -330,7 +333,7 @@ class Exchange(MfDownlink):
         Deliveries.deliver(self, time)
 
     def decoded(self, broadcast: int, time: float) -> NDArray[np.bool_]:
-        """Return which AUVs (n,) have decoded a broadcast or a forwarded copy of it by an instant
+        """Return which AUVs (n,) have decoded a broadcast, or a forwarded copy, by an instant
         (s).
         """
         found = super().decoded(broadcast, time)
@@ -368,7 +371,9 @@ class Exchange(MfDownlink):
         )
 
     def _met(self, time: float) -> Rows:
-        """Return the outcomes of the frames of AUVs by the mission's last instant (s)."""
+        """Return the outcomes of the frames of AUVs by the mission's last instant (s), (k,), a row
+        for each vehicle at which one sounds, :data:`..records.rows.AUV_FRAME_RECEPTION`.
+        """
         sounds = self.sounds.array
         rows = np.flatnonzero(self.sounds.rows["kind"] == BY_AUV_FRAME)
         met = np.empty(len(rows), AUV_FRAME_RECEPTION)
@@ -382,8 +387,8 @@ class Exchange(MfDownlink):
 
 
 def _first_turn(sent: AsvFrame, following: Following, turn: int, time: float) -> float:
-    """Return when (s) the first turn began, as reckoned by an AUV that has had a frame since `time`
-    (s) which was sent in a `turn` (-1: by its ASV).
+    """Return when (s) the first turn begins, as an AUV reckons that got a frame at `time` (s),
+    which was sent in a `turn` (-1: by its ASV).
     """
     late = following.delay_s - sent.message.delay_s
     if turn < 0:

@@ -1,5 +1,4 @@
-"""The MF band: frames of fixes travel from ASVs to every AUV in range; which AUV has which fix
-when.
+"""The MF band: frames carry fixes from ASVs to every AUV in range; which AUV gets which fix when.
 
 A frame that begins at t and lasts T_A reaches the AUVs that are in range at t, as one sound at each
 (:mod:`..acoustics.sounds`).  At an AUV it begins when its front arrives, and ends when the sound
@@ -156,11 +155,12 @@ class MfDownlink(Deliveries):
         part: int = 0,
         told: Ints | None = None,
     ) -> None:
-        """Send fixes of a round in a frame that starts at `time`, and lasts as long as its message
-        (eq. deliver_tick).
+        """Send the fixes `rows` (k,) of a round in a frame that starts at `time` (s), and lasts as
+        long as its message (eq. deliver_tick).
 
-        A modem delivers it some delay after its end has arrived; a channel is asked by its size.
-        The arrivals of the fixes `told` (None: all) are written at once.
+        The modem delivers the message some delay after the frame's end has arrived; a channel is
+        asked by the message's size.  The arrivals of the fixes `told` (None: all) are written at
+        once.
         """
         told, airtime, delay = rows if told is None else told, message.airtime_s, message.delay_s
         on_air = self._asvs.works_for(asv, time, airtime)
@@ -278,7 +278,9 @@ class MfDownlink(Deliveries):
         table.array, table.count = received, len(received)
 
     def _received(self, frames: Ints, auvs: Ints, time: float) -> Rows:
-        """Return the outcomes of frames at AUVs, (n,) each, by an instant (s), (n,)."""
+        """Return the outcomes of `frames` at `auvs`, both (n,), by `time` (s): rows (n,),
+        :data:`..records.rows.FRAME_RECEPTION`.
+        """
         self._auvs.advance(time)
         self._asvs.advance(time)
         received = np.empty(len(frames), FRAME_RECEPTION)
@@ -293,7 +295,9 @@ class MfDownlink(Deliveries):
     def _leave(
         self, rows: Ints, asv: int, frame: tuple[float, float, float], _: simpy.Event
     ) -> None:
-        """Wait for a frame (start, airtime, delay, s) to end at AUVs that move meanwhile."""
+        """Wait for the end of an ASV's `frame` (start, airtime, delay, s), sent just now, at the
+        AUVs of the fixes `rows`, whose motion is not known ahead.
+        """
         ends = frame[0] + frame[1]
         vessel = self._asvs.vehicles[asv].at(ends)
         for fix in rows:
@@ -331,7 +335,7 @@ class MfDownlink(Deliveries):
         auv = int(self._fixes.array[fix]["auv"])
         if self._auvs.foreseen:
             self._asvs.advance(time)
-            return way_s(self.sounds.sea.address, asv, auv, time, late)
+            return frame_travel_s(self.sounds.sea.address, asv, auv, time, late)
         # `at` advances the AUV's motion as it is asked
         vessel, at = self._asvs.vehicles[asv].at(time), self._auvs.vehicles[auv].at
         return late + travel_time(vessel, at, time + late, self._band.sound_speed)
@@ -339,8 +343,8 @@ class MfDownlink(Deliveries):
     # Answers that take no airtime
 
     def reply(self, round_number: int, fix: int, asv: int, time: float, late: float = 0.0) -> None:
-        """Answer a ping that reached the ASV at `time` (s); the answer takes only its travel time,
-        as much longer (s) than on a straight ray as the ping's was.
+        """Answer a ping that reached the ASV at `time` (s) with its fix; the answer takes only its
+        travel time, `late` (s) longer than on a straight ray, as the ping's was.
         """
         row = self._fixes.array[fix]
         row["broadcast_at_s"], row["broadcast_by"] = time, asv
@@ -392,7 +396,7 @@ class Replies:
     def _hear(self, row: int, arrived: float) -> None:
         """Answer a ping if this reception is the first that is heard."""
         reception = self._record.receptions.array[row]
-        if not self._outcomes.resolve(int(reception["ping"]), row):
+        if not self._outcomes.decide_one(int(reception["ping"]), row):
             return
         number = int(self._record.pings.array[reception["ping"]]["round"])
         self._record.rounds[number].fixes += 1
@@ -459,7 +463,7 @@ def begin_frame(
 
 
 @compiled
-def way_s(packed: int, asv: int, auv: int, time: float, late: float) -> float:
+def frame_travel_s(packed: int, asv: int, auv: int, time: float, late: float) -> float:
     """Return the travel time (s) of sound from an ASV at an instant (s) to an AUV, `late` (s)
     longer than on a straight ray; `packed` is the address of a :class:`Sea`.
     """

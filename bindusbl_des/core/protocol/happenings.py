@@ -82,7 +82,9 @@ class Happening(NamedTuple):
 
 
 class Watch:
-    """A queue of happenings of some kinds: each comes once, in order, and none is missed."""
+    """A queue of happenings of some kinds whose rows have the values of `which`, by column: each
+    comes once, in order, and none is missed.
+    """
 
     def __init__(
         self,
@@ -122,7 +124,8 @@ def refuse_unknown(
 ) -> None:
     """Refuse unknown kinds and columns, and values that a column never has.
 
-    `counts` are the numbers of AUVs and ASVs, by their columns.
+    `which` maps columns of the kinds' rows to values that are waited for; `counts` maps the columns
+    `auv` and `asv` to the numbers of these vehicles.
 
     Raises:
         ValueError: naming what there is instead.
@@ -146,7 +149,9 @@ def refuse_unknown(
 
 
 def _refuse_value(kind: str, name: str, value: Any, hint: Any, counts: Mapping[str, int]) -> None:
-    """Refuse a value that a column with a type hint cannot have."""
+    """Refuse a `value` that the column `name` of a `kind` cannot have by its type `hint`, or
+    because it is the number of no vehicle (`counts` as of :func:`refuse_unknown`).
+    """
     types = get_args(hint) or (hint,)
     needed = "a number; vehicles are numbers, too"
     fits = isinstance(value, Real)
@@ -268,7 +273,9 @@ class Happenings:
                 self._tell("ping", float(ping["sent_at_s"]), _row_of(Ping, ping))
 
     def _expect(self, kind: str, row: int, since: float) -> None:
-        """Schedule an event for an arrival or its end, unless that is not after `since` (s)."""
+        """Schedule an event for a reception's arrival, or for other kinds its end, if later than
+        `since`.
+        """
         reception, lasts = self._record.receptions.array[row], self._outcomes.band.duration
         instant = float(reception["arrived_at_s"]) + (lasts if kind != "arrival" else 0.0)
         if reception["outcome"] == IN_FLIGHT and instant > since:
@@ -286,9 +293,7 @@ class Happenings:
         moment(self._env, instant).callbacks.append(happen)
 
     def _heard(self, kind: str, row: int, expected: float) -> None:
-        """Report an arrival or its end; wait for it again where its listener was predicted too
-        near.
-        """
+        """Report an arrival or its end; wait again where its listener was predicted too near."""
         self._outcomes.update_arrivals(self._env.now)
         reception = self._record.receptions.array[row]
         lasts = self._outcomes.band.duration if kind != "arrival" else 0.0
@@ -315,7 +320,7 @@ class Happenings:
             self._call_at(end, "signal_reception", row, partial(self._came, row))
 
     def _came(self, row: int) -> None:
-        """Report the outcome of a sound, if it is over by now."""
+        """Report the outcome of a sound, a row, if it is over by now; else look again later."""
         outcome, why, by = self._uplink.became(row, self._env.now)
         if outcome == IN_FLIGHT:
             self._sounding([row])

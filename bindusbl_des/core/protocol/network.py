@@ -114,7 +114,7 @@ def rows_of(record: Recorder, rows: Fixes) -> Rows:
 
 
 def hearers(record: Recorder, rows: Fixes, asvs: int) -> Flags:
-    """Return which ASVs' measurements were fused for each of some fixes, (k, `asvs`)."""
+    """Return for each fix of `rows` which ASVs' measurements were fused, (k, `asvs`)."""
     fused = np.zeros((len(rows), asvs), dtype=np.bool_)
     if len(rows):
         fixes = rows_of(record, rows)
@@ -152,7 +152,7 @@ Downlink = Callable[["Network", Turn, float], Steps]
 
 @dataclass
 class HfNetwork:
-    """What pings of AUVs or ASVs run on: slots, the HF band, and deliveries of fixes."""
+    """What pings of AUVs or ASVs run on: slots, HF band (`uplink`), and `deliveries` of fixes."""
 
     env: simpy.Environment
     slots: Slots
@@ -193,14 +193,14 @@ class HfNetwork:
 class Network(HfNetwork):
     """What the protocol runs on: slots and bands, the parts that decide, and what the fleet knows.
 
-    `downlink` decides when which fixes travel, by `deliveries`; rounds start every `frame_s` (s),
-    or as soon as they can if it is 0, and later by `paused` (s), the time in which no ASV worked.
-    The fleet schedules by the predicted `positions` of AUVs, and schedules may ask what it expects
-    of their `estimates`.  Slots of polling end with the `answers`.  `dissemination` announces slots
-    to AUVs; without it all know them at once.  Fixes wait for a broadcast, unless `replies` answer
-    each ping by itself.  Where AUVs acknowledge or relay frames, or fixes are repeated,
-    `deliveries` are the `exchange`, and the fleet knows which fixes were `acknowledged`.  AUVs may
-    have `data` to send after their pings.
+    `uplink` is the HF band and `deliveries` the MF band; `downlink` decides when which fixes travel
+    on MF.  Rounds start every `frame_s` (s), or as soon as they can if it is 0, and later by
+    `paused` (s), the time in which no ASV worked.  The fleet schedules by the predicted `positions`
+    of AUVs, and schedules may ask what it expects of their `estimates`.  Slots of polling end with
+    the `answers`. `dissemination` announces slots to AUVs; without it all know them at once.  Fixes
+    wait for a broadcast, unless `replies` answer each ping by itself.  Where AUVs acknowledge or
+    relay frames, or fixes are repeated, `deliveries` are the `exchange`, and the fleet knows which
+    fixes were `acknowledged`.  AUVs may have `data` to send after their pings.
     """
 
     deliveries: MfDownlink

@@ -24,9 +24,9 @@ from ..usbl.instrument import Usbl, packed
 from ..usbl.measuring import HEADING_NOISE, NO_INSTRUMENT, NOISE_WIDTH, gnss_noise
 from ..usbl.own_instrument import OwnInstrument, mirrored, sounding_of
 from ..usbl.range_rates import RangeRates
+from ..usbl.sights import Heard
 from ..usbl.slow_errors import SLOW, advance, blend
 from ..usbl.systematic_effects import PackedErrors, Systematic, gnss_error
-from ..usbl.two_way import Heard
 from .pings import HfBand
 from .reception import Decided, PairNoise, foretold, resolve
 from .steps import moment
@@ -113,7 +113,7 @@ class Sight(NamedTuple):
 
 
 # GNSS error of an ASV as it pings, in standard deviations: x, y, z
-OWN_PLACE = np.dtype(("f8", (3,)))
+GNSS_DRAW = np.dtype(("f8", (3,)))
 
 
 class Outcomes:
@@ -176,12 +176,12 @@ class Outcomes:
         first = fixes.count
         self.update_arrivals(time)
         while True:
-            self._undecided, _, dry = self._decide(time, self._undecided)
+            self._undecided, _, dry = self._decide_and_measure(time, self._undecided)
             if dry == NONE:
                 return range(first, fixes.count)
             self._refill_noise()  # of all pairs at once: deciding begins anew each time
 
-    def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+    def _decide_and_measure(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
         """Decide pings from `ping` on that have passed by an instant (s), or the reception `only`.
 
         Return the first undecided ping, and the AUV and ASV whose noise is used up, or NONE.
@@ -239,13 +239,13 @@ class Outcomes:
         under_way = rows["outcome"] == IN_FLIGHT
         self._measuring.noise.refill_spent(rows["auv"][under_way], rows["asv"][under_way])
 
-    def resolve(self, ping: int, row: int) -> bool:
+    def decide_one(self, ping: int, row: int) -> bool:
         """Decide one reception of a ping that has passed its ASV; return whether it made a fix."""
         count = self._record.fixes.count
-        _, auv, asv = self._decide(0.0, ping, row)
+        _, auv, asv = self._decide_and_measure(0.0, ping, row)
         while asv != NONE:
             self._measuring.noise.refill(auv, asv)
-            _, auv, asv = self._decide(0.0, ping, row)
+            _, auv, asv = self._decide_and_measure(0.0, ping, row)
         return self._record.fixes.count > count
 
     def update_arrivals(self, time: float) -> None:
@@ -300,9 +300,11 @@ class Outcomes:
             self._undecided += 1
 
     def outcome_of(self, row: int) -> tuple[int, float]:
-        """Return the outcome of a reception that is over by now, decided or not, and its SNR (dB).
+        """Return the outcome of a reception (a row) that is over by now, decided or not, and its
+        SNR (dB).
 
-        Its noise is that of the pair's next reception, behind those of pings not yet decided.
+        One not yet decided takes the next noise of its pair, behind earlier receptions that are not
+        decided either: the noise that will decide it.
         """
         record = self._record
         reception = record.receptions.rows[row]
@@ -390,7 +392,7 @@ class Outcomes:
         arrived = receptions["arrived_at_s"] + self.band.duration < time
         count = fixes.count
         for row in np.flatnonzero((receptions["outcome"] == IN_FLIGHT) & arrived).tolist():
-            self.resolve(int(receptions["ping"][row]), row)
+            self.decide_one(int(receptions["ping"][row]), row)
         fixes.count = count  # no broadcast would carry these fixes any more
 
 
@@ -417,11 +419,11 @@ class OwnOutcomes(Outcomes):
         super().__init__(band, measuring, np.zeros(len(band.listeners)), record)
         self._fixes_of_ping = len(band.listeners)
         self._gnss = cache(partial(streams.of, Purpose.BEACON))
-        self._drawn = EventBuffer(OWN_PLACE)  # GNSS errors, a row for each ping
+        self._drawn = EventBuffer(GNSS_DRAW)  # GNSS errors, a row for each ping
 
-    def _decide(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
+    def _decide_and_measure(self, time: float, ping: int, only: int = NONE) -> tuple[int, int, int]:
         fixes, count = self._record.fixes, self._record.fixes.count
-        found = super()._decide(time, ping, only)
+        found = super()._decide_and_measure(time, ping, only)
         for number in fixes.array["round"][count : fixes.count].tolist():
             self._record.rounds[number].fixes += 1
         return found

@@ -57,8 +57,8 @@ def _is_time(length: Any) -> bool:
 MOST_READ = 100_000
 
 
-def _first(parts: Iterable[Any]) -> list[Any]:
-    """Return all parts of a round as a list.
+def _read(parts: Iterable[Any]) -> list[Any]:
+    """Return the groups of a round, or the AUVs of a group, as a list.
 
     Raises:
         ValueError: when there are more than MOST_READ.
@@ -74,7 +74,7 @@ def _as_lists(groups: Any) -> list[list[int]] | None:
     if not isinstance(groups, Iterable):
         return None
     lists: list[list[Any]] = [
-        _first(group) if isinstance(group, Iterable) else [None] for group in _first(groups)
+        _read(group) if isinstance(group, Iterable) else [None] for group in _read(groups)
     ]
     if not all(is_whole(auv) for group in lists for auv in group):
         return None

@@ -11,7 +11,7 @@ angles  the message has the sender's depth; an AUV that decodes it measures its 
         array, which needs no clock; elevation angle and both depths give the distance
 
 With an array each AUV also measures the direction of other messages, by the array, attitude and
-errors of `usbl`.  The navigator makes use of it (:mod:`..navigation.team`).
+errors of `usbl`.  The navigators of all AUVs use these measurements (:mod:`..navigation.team`).
 """
 
 from collections.abc import Callable
@@ -68,9 +68,9 @@ class Direction(NamedTuple):
 
 @dataclass(frozen=True)
 class PeerMessage:
-    """The content of a message to other AUVs: the sender's estimate and measured depth (m).  An
-    answer also has when its question was sent and arrived (s), and how far (m) the sender has gone
-    by its own dead reckoning since, (2,).
+    """The content of a message to other AUVs: the sender's estimate (`told`) and measured depth
+    (m).  An answer also has when its question was sent and arrived (s), and how far (m) the sender
+    has gone by its own dead reckoning since, (2,).
     """
 
     told: SentBelief
@@ -134,14 +134,14 @@ class Peers:
         while True:
             heard = yield node.hears()
             if heard.kind == TELLS:
-                self._meet(node, heard, heard.data, heard.began_at_s - heard.data.told.sent_at_s)
+                self._measure(node, heard, heard.data, heard.began_at_s - heard.data.told.sent_at_s)
             elif heard.kind == ASKS:
                 self.air.env.process(self._answer(node, heard))
             elif heard.kind == ANSWERS and heard.to == node.name:
                 said = heard.data
                 there = said.heard_at_s - said.asked_at_s
                 back = heard.began_at_s - said.told.sent_at_s
-                self._meet(node, heard, said, 0.5 * (there + back))
+                self._measure(node, heard, said, 0.5 * (there + back))
 
     def _answer(self, node: Node, heard: HeardSignal) -> Steps:
         """Answer a question, after the answers of AUVs with lower numbers."""
@@ -160,8 +160,10 @@ class Peers:
         dr = self.team.dr(auv, time)
         return np.array((dr.x, dr.y))
 
-    def _meet(self, node: Node, heard: HeardSignal, said: PeerMessage, took: float) -> None:
-        """Hand a measurement of a message that `took` (s) to the AUV's navigator; record it."""
+    def _measure(self, node: Node, heard: HeardSignal, said: PeerMessage, took: float) -> None:
+        """Measure a message that an AUV has decoded and that `took` (s) by both clocks; let its
+        navigator use the measurement, and record it.
+        """
         auv, sender, now = node.number, self.air.names.index(heard.sender), node.clock
         self.fleet.advance(now)
         self.deliveries.settle(now)
@@ -202,7 +204,8 @@ class Peers:
         chance: np.random.Generator,
     ) -> tuple[float, float]:  # fmt: skip
         """Return the range (m) that an AUV measures by a signal that `took` (s), and its standard
-        deviation.
+        deviation; NaN where no ranges are measured.  `came` (s) is when the signal began at the
+        AUV.
         """
         if not self.kind.ranges:
             return nan, nan
@@ -217,7 +220,9 @@ class Peers:
     def _direction(
         self, auv: int, sender: int, sent_at: float, came: float, chance: np.random.Generator
     ) -> "Direction":
-        """Return the measured direction of a signal's sender."""
+        """Return the direction that an AUV measures of a signal's sender, sent at `sent_at` and
+        heard from `came` on (s), with errors drawn from `chance`.
+        """
         here, there = self._true(auv, came), self._true(sender, sent_at)
         usbl = self.sensors.usbl
         took = float(np.linalg.norm(here[:3] - there[:3])) / usbl.sound_speed

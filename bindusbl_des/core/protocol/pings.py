@@ -36,10 +36,10 @@ from ..acoustics.propagation import (
     arrive,
     drowns,
     lose_at_failed,
-    lost,
+    loss_at,
     prospect,
     silence,
-    spread,
+    spread_pings,
     within,
 )
 from ..acoustics.signals import Sounds, Spreading
@@ -153,16 +153,16 @@ class HfBand:
         return self._auvs, self._asvs, len(self._auvs)
 
     def at_level(self, level_db: float | None) -> Spreading:
-        """Return how signals with a source level (dB re 1 uPa at 1 m) propagate; None: the
-        channel's own.
+        """Return how signals of a source level (dB re 1 uPa at 1 m; None: the channel's)
+        propagate.
         """
         if level_db is None:
             return self.spreading
         return self.spreading._replace(channel=self._levelled(level_db))
 
     def became(self, row: int, time: float) -> tuple[int, int, int]:
-        """Return the outcome of a sound by an instant (s), the reason, and the number of the signal
-        that overlapped it; pings sound at ASVs as well.
+        """Return the outcome of the sound in a row by `time` (s), the reason, and the number of the
+        signal that overlapped it; pings sound at ASVs as well.
         """
         met = self._record.receptions.rows, self._record.pings.rows, self.band.duration
         return self.sounds.outcome(row, time, self.receiver.capture, met)
@@ -213,7 +213,7 @@ class HfBand:
         return answers
 
     def _lose_shifted(
-        self, outcomes: Ints, reasons: Ints, unless: int, auvs: Ints, asvs: Ints, time: float
+        self, outcomes: Ints, reasons: Ints, before: int, auvs: Ints, asvs: Ints, time: float
     ) -> None:
         """Mark as lost the signals between AUVs and ASVs (n,), sent at an instant (s), whose range
         changes faster than the Doppler limit; other arguments as of :func:`_lose`.
@@ -221,7 +221,7 @@ class HfBand:
         numbers, limit = len(self._auvs) + np.ascontiguousarray(asvs), self.spreading.doppler_limit
         assert limit is not None
         sea, auvs = self.sounds.sea.address, np.ascontiguousarray(auvs)
-        _lose(outcomes, reasons, unless, beyond(sea, auvs, numbers, time, limit), DOPPLER)
+        _lose(outcomes, reasons, before, beyond(sea, auvs, numbers, time, limit), DOPPLER)
 
     def failed(self, time: float) -> tuple[int, ...]:
         """Return the ASVs that have failed by an instant (s): they neither hear nor call."""
@@ -260,7 +260,9 @@ class HfBand:
         return channel.prospects(self._signals(group, time, False))
 
     def _signals(self, auvs: Sequence[int], time: float, calling: bool) -> Signals:
-        """Return the signals that begin at an instant (s) between some AUVs and all ASVs."""
+        """Return the signals that begin at `time` (s) between some AUVs and all ASVs: pings, or
+        calls if `calling`.
+        """
         self._auvs.advance(time)
         self._asvs.advance(time)
         there, asvs = (places(fleet.motion, time)[:, :3] for fleet in (self._auvs, self._asvs))
@@ -304,7 +306,7 @@ class HfBand:
         receptions.room_for(len(group) * self._listeners)
         if called is not NO_CALL or self._called is not NO_CALL:
             self._called, self._call[:] = called, called
-        receptions.count = spread(
+        receptions.count = spread_pings(
             self._spread_in.address, members(tuple(group)), round_number, slot, time,
             self.sounds.count, self._is_sure, first, row,
         )  # fmt: skip
@@ -332,8 +334,8 @@ class HfBand:
         return sent
 
     def _cut_short(self, group: Sequence[int], first: int, receptions: Rows, time: float) -> None:
-        """Mark as lost the receptions of pings, `first` the first of them, sent at an instant (s),
-        whose sender or listener fails meanwhile.
+        """Mark as lost the `receptions` of a group's pings, sent at `time` (s), whose sender or
+        listener fails meanwhile; `first` is the first of the pings.
         """
         if self.senders.failures is not None:
             end = time + self.band.duration
@@ -402,11 +404,11 @@ class BeaconBand(HfBand):
         return np.ascontiguousarray(prospects[:, list(group)].T)
 
 
-def _lose(outcomes: Ints, reasons: Ints, unless: int, cut: Flags, why: int) -> None:
-    """Mark as lost, with a reason `why`, those of the signals (n,) in `cut` whose outcome is still
-    `unless`.
+def _lose(outcomes: Ints, reasons: Ints, before: int, cut: Flags, why: int) -> None:
+    """Where `cut` (n,) holds and a signal's outcome is still `before`, set the outcome (n,) to lost
+    and the reason (n,) to `why`.
     """
-    cut = cut & (outcomes == unless)
+    cut = cut & (outcomes == before)
     outcomes[cut], reasons[cut] = LOST, why
 
 
@@ -446,7 +448,7 @@ def interrogate(
             row += 1
         call = sea.sounds[row]
         solve(call, inf, sea)  # where the AUV will be is known, or predicted
-        chance = lost((call.travel_s - call.late_s) * band.sound_speed, auv, caller, way)
+        chance = loss_at((call.travel_s - call.late_s) * band.sound_speed, auv, caller, way)
         drawn = chances[k]
         if bursts is not None:
             drawn = chance_of(burst_luck(bursts[auv, caller], call.arrived_at_s, chance))
@@ -464,10 +466,11 @@ def interrogate(
 
 @compiled
 def _call(caller: int, time: float, count: int, into: Spread, sea: Sea, shores: Floats) -> int:
-    """Let an ASV call at an instant (s): write the sounds; return how many there are then.
+    """Let an ASV call at `time` (s): write its sounds behind the first `count`; return the new
+    count.
 
     The call deafens its ASV and all ASVs within range of it that no land hides, however strong
-    pings are.
+    pings are.  `shores` (n, 4) are the land's edges.
     """
     auvs, asvs, way, band = into.senders, into.listeners, into.way, into.way.band
     fleet, vessels = auvs.first.size - 1, asvs.first.size - 1

@@ -47,7 +47,7 @@ class Course(Protocol):
     """What is planned for one AUV, and carries its fixes forward."""
 
     def fixed(self, time: float, place: Spot) -> None:
-        """Take in that the AUV was at a position (m) at an instant (s)."""
+        """Take in a fix: the AUV was at `place`, x and y (m), at `time` (s)."""
 
     def at(self, time: float) -> Spot:
         """Return the position (m) that is expected at an instant (s) after its last fix."""
@@ -224,7 +224,7 @@ def courses(site: Site) -> list[Course]:
 
 
 def _unflown(site: Site, auv: Auv) -> SegmentedTrajectory:
-    """Return an AUV that holds still or repeats a track."""
+    """Return the motion of an AUV without a plan: it holds its position, or repeats a track."""
     held, track = site.held_places_m[auv.number], site.auv_tracks[auv.number]
     if held is not None:
         return moored(Place(*held, site.depth_at(auv, held), 0.0))
@@ -255,7 +255,7 @@ def planned_vehicles(site: Site, lasts: float) -> list[SegmentedTrajectory]:
 
 
 def planned_speeds(site: Site, auvs: VehicleFleet) -> Floats:
-    """Return the planned speed of each AUV (m/s), (n,), of a track that of its fastest leg."""
+    """Return the planned speed of each AUV (m/s), (n,): on a track the speed of its fastest leg."""
     speed = np.array(site.planned_speeds_m_per_s)
     for wing, route in zip(site.wings, site.routes, strict=True):
         if route.is_recorded and auvs.poses is None:

@@ -91,8 +91,8 @@ class TwoWay:
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
-        """Call the AUVs of a group at the start of its slot; each answers once it hears its
-        call.
+        """Call the AUVs of a group at the start of its slot; each answers the call that it
+        hears.
         """
         if self._answers is not None:
             self._answers.begin((round_number, slot), len(group))
@@ -268,8 +268,8 @@ def ranging_of(
 
 
 def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:
-    """Return for each AUV of a group the ASV, of those that have not failed, nearest to where the
-    fleet believes it, shape (n,).
+    """Return for each AUV of a group the number of the ASV nearest to where the fleet believes the
+    AUV, (n,); ASVs that have `failed` are left out.
     """
     callers = np.empty(len(group), dtype=np.int64)
     auvs, asvs = np.ascontiguousarray(view.auvs), np.ascontiguousarray(view.asvs)
@@ -279,7 +279,7 @@ def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Int
 
 @compiled
 def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, callers: Ints) -> None:
-    """Write for each AUV of a group (n,) the nearest ASV that has not `failed`.
+    """Write to `callers` (n,) for each AUV of a group (n,) the nearest ASV that has not `failed`.
 
     `auvs` (k, 3) and `asvs` (m, 3) are believed positions (m); the distance is horizontal.
     """
@@ -297,11 +297,11 @@ def choose_callers(auvs: Floats, asvs: Floats, group: Ints, failed: Ints, caller
 
 
 def strayed(site: Site, auvs: VehicleFleet) -> Floats:
-    """Return how far the fleet expects AUVs to go between a call and its answer, (n,), m2.
+    """Return the variance (m2), along any level axis, of how far each AUV goes between a call and
+    its answer, (n,).
 
-    That is the variance, along any level axis, of the distance travelled in a ping and a turnaround
-    at the planned speed on an unknown course: 0 for AUVs that hold, the fastest leg of a track.  A
-    current adds to it for vehicles that drift with it.
+    It goes for a ping and a turnaround at its planned speed on an unknown course: 0 for AUVs that
+    hold, the fastest leg of a track.  A current adds to it for vehicles that drift with it.
     """
     scenario = site.scenario
     protocol, water = scenario.protocol, scenario.environment

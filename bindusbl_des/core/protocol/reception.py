@@ -14,7 +14,7 @@ from ...support.compiled import compiled
 from ...support.packed import unpacked
 from ..acoustics.bursts import PAIR, burst_luck
 from ..acoustics.loss import chance_of
-from ..acoustics.propagation import drowns, meet
+from ..acoustics.propagation import drowns, overlap
 from ..acoustics.sounds import SOUND, interference
 from ..acoustics.travel_time import PASSED
 from ..records.events import (
@@ -37,10 +37,9 @@ from ..usbl.fixes import (
     note,
 )
 from ..usbl.measuring import GNSS_NOISE, NOISE_WIDTH, PackedInstrument, instrument_of
-from ..usbl.sights import copy_direction, no_sights
+from ..usbl.sights import Heard, copy_direction, no_sights
 from ..usbl.slow_errors import RANGE, SLOW, advance, blend
 from ..usbl.systematic_effects import PackedErrors, systematic_of
-from ..usbl.two_way import Heard
 from ..vehicles.motion import Motion, where
 
 
@@ -121,7 +120,7 @@ def resolve(
     if gnss_noise is not None:
         for row in _over(air, first, time):
             ping = air.pings[air.receptions[row].ping]
-            dry, hearers = _decide(ping.ping, row, air, echoes, by.noise)
+            dry, hearers = _decide_ping(ping.ping, row, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, air.receptions[row].auv, dry
             if hearers:
@@ -133,7 +132,7 @@ def resolve(
             count = _write_due(by.due, air.pings, first, time)
         for number in by.due[:count]:
             ping = air.pings[number]
-            dry, hearers = _decide(number, only, air, echoes, by.noise)
+            dry, hearers = _decide_ping(number, only, air, echoes, by.noise)
             if dry != NONE:
                 return fix, first, ping.auv, dry
             if hearers and ping.heard_by == hearers:  # no ASV has heard it before
@@ -177,7 +176,8 @@ def _over(air: Air, first: int, time: float) -> Ints:
 def _make(
     fix: int, ping: Row, only: int, packed: int, errors: int | None, gnss_noise: Floats | None
 ) -> None:
-    """Write a fix: its receptions, and the position measured by them.
+    """Write the fix of row `fix`: its ping, its receptions (`only` one, if not NONE), and the
+    position measured by them.
 
     A fix that an AUV makes itself (with `gnss_noise`) holds as the ping arrives, and the AUV has it
     once the ping is decoded.  Arguments as of :func:`resolve`.
@@ -250,7 +250,7 @@ def _write_due(due: Ints, pings: Rows, first: int, time: float) -> int:
 
 
 @compiled
-def _decide(
+def _decide_ping(
     ping: int, only: int, air: Air, echoes: Rows | None, noise: PairNoise
 ) -> tuple[int, int]:
     """Decide all receptions of a ping, or `only` one, each by a row of the noise.
@@ -332,7 +332,7 @@ def _overlapping(row: int, air: Air, echoes: Rows | None) -> tuple[float, int, i
     if strongest != NONE:
         other = air.receptions[strongest]
         number, most = other.ping, other.sound
-        if not meet(begins, ends, other.arrived_at_s, other.ended_at_s):
+        if not overlap(begins, ends, other.arrived_at_s, other.ended_at_s):
             why = BY_ECHO
     if len(sounds):
         listener, longest = air.first_listener + reception.listener, sounds[-1].longest_s
@@ -350,8 +350,8 @@ def foretold(
     packed: int, row: int, luck: float, pings: int, receptions: int, sounds: int,
     echoes: Rows | None,
 ) -> int:  # fmt: skip
-    """Return the outcome that a reception of a ping that has passed its ASV will have; arguments as
-    of :func:`resolve`, `luck` a standard normal.
+    """Return the outcome that a reception (a row) will have, whose ping has passed its ASV but is
+    not decided yet; other arguments as of :func:`resolve`, `luck` a standard normal.
     """
     air = _on_record(unpacked(packed, Decided), pings, receptions, sounds)
     outcome, _, _ = _outcome(row, luck, air, echoes)
@@ -360,7 +360,7 @@ def foretold(
 
 @compiled
 def _on_record(by: Decided, pings: int, receptions: int, sounds: int) -> Air:
-    """Return all sound on record."""
+    """Return all sound on record: so many pings, receptions and other sounds."""
     return Air(
         by.pings[:pings], by.receptions[:receptions], by.sounds[:sounds],
         by.duration, by.first_listener, by.capture, by.shadowing_sd_db,
@@ -369,7 +369,9 @@ def _on_record(by: Decided, pings: int, receptions: int, sounds: int) -> Air:
 
 @compiled
 def begin_fix(row: Row, ping: Row, only: int) -> None:
-    """Write the row of a new fix, which names its receptions alone."""
+    """Begin the row of a fix: its ping, AUV and receptions (`only` one, if not NONE).  What is not
+    known yet is NaN or NONE.
+    """
     row.ping, row.round, row.auv = ping.ping, ping.round, ping.auv
     row.pinged_at_s = row.valid_at_s = ping.sent_at_s
     row.first, row.end = ping.first, ping.end

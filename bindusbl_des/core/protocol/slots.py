@@ -94,9 +94,9 @@ class Behind:
     over so many `hops`; then AUVs with fixes in it acknowledge them, by a frame of
     `acknowledgement` (B of header, B per fix; None: they do not).
 
-    An AUV that has decoded a frame waits for its turn from then on, by no clock.  What it sends
-    begins up to the longest travel time `way_s` later than elsewhere for each hop so far, and
-    arrives up to one later.  So a turn is longer than its frame by one `way_s` for each hop, and
+    An AUV that has decoded a frame waits for its turn from then on, by no clock.  After h hops what
+    it sends begins up to h longest travel times `way_s` (s) later than elsewhere, and takes up to
+    another `way_s` to arrive.  So a turn is longer than its frame by one `way_s` for each hop, and
     one more.
     """
 
@@ -107,9 +107,7 @@ class Behind:
     modem: Modem
 
     def relay_turn_s(self, longest_s: float) -> float:
-        """Return the length (s) of a turn in which an AUV forwards a frame of at most so long
-        (s).
-        """
+        """Return the length (s) of a turn to forward a frame that lasts `longest_s` (s) at most."""
         return longest_s + (self.hops + 1) * self.way_s
 
     def pause_s(self, parts: int) -> float:
@@ -177,21 +175,21 @@ class Slots:
 
     def payload_bytes(self, fix_count: int, named: int = 0) -> int:
         """Return the bytes of a broadcast, summed over its messages: `fix_count` fixes, and the
-        slots of `named` AUVs.
+        slots of `named` AUVs.  The methods below take the same arguments.
         """
         return sum([message.size_bytes for message in self.messages.packed(fix_count, named)])
 
     def airtime(self, fix_count: int, named: int = 0) -> float:
-        """Return the airtime T_tx (s) of such a broadcast, summed over its messages."""
+        """Return the airtime T_tx (s) of a broadcast, summed over its messages."""
         return sum([message.airtime_s for message in self.messages.packed(fix_count, named)])
 
     def frame_slot(self, fix_count: int, named: int = 0) -> float:
-        """Return how long (s) such a broadcast, what AUVs send after it, and its guard take."""
+        """Return how long (s) a broadcast, what AUVs send after it, and its guard take."""
         return self.held_s(fix_count, named) + self.downlink_guard
 
     def held_s(self, fix_count: int, named: int = 0) -> float:
-        """Return how long (s) such a broadcast and what AUVs send after it take, one fix to an
-        AUV.
+        """Return how long (s) a broadcast and what AUVs send after it take, if each fix is of
+        another AUV.
         """
         lasts = self.airtime(fix_count, named)
         if self.behind is None:
@@ -199,7 +197,7 @@ class Slots:
         return lasts + self.behind.lasts_s(self.messages.packed(fix_count, named), (1,) * fix_count)
 
     def downlink_slot(self, fix_count: int, named: int = 0) -> float:
-        """Return the downlink slot T_DL (s) for such a broadcast."""
+        """Return the downlink slot T_DL (s) for a broadcast."""
         guard, shortest = self.downlink_guard, self.shortest_downlink
         return downlink_slot(self.held_s(fix_count, named), self.crossing_time, guard, shortest)
 
@@ -248,7 +246,7 @@ def packet_s(hf: UplinkSection, traffic: Traffic) -> float:
 
 
 def _behind(site: Site, messages: Messages, sound_speed: float) -> Behind:
-    """Return what AUVs send after a broadcast."""
+    """Return what AUVs send on MF after a broadcast: forwarded frames and acknowledgements."""
     protocol, mf = site.scenario.protocol, site.scenario.acoustics.mf
     each = mf.header_bytes, protocol.acknowledgement_bytes
     hops = 0 if protocol.relay is None else protocol.relay.hops

@@ -114,7 +114,9 @@ def check_now(env: simpy.Environment, time: float, wait: str) -> None:
 def some_work(
     env: simpy.Environment, asvs: VehicleFleet, clock: Clock, time: float
 ) -> Generator[simpy.Event, None, float]:
-    """Wait while all ASVs have failed; return the instant then (s)."""
+    """Wait as long as no ASV works; return the instant (s), at least `time`, from which one
+    does.
+    """
     starts = asvs.works_from(time)
     if starts == math.inf:
         yield env.event()  # which never happens

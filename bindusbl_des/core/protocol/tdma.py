@@ -159,8 +159,8 @@ def broadcast(network: Network, turn: Turn, time: float) -> None:
 
 
 def _shared(network: Network, waiting: Fixes, time: float) -> list[list[tuple[int, Ints]]]:
-    """Return the ASVs that send and their fixes, rows of the record: all pairs of one inner list
-    send at once, one list after the other.
+    """Return which ASVs send which fixes, as pairs of an ASV and rows of the record (k,): the pairs
+    of one inner list are sent at once, one list after the other.
     """
     number, fixes = network.broadcasts, waiting
     if isinstance(fixes, range):

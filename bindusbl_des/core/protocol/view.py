@@ -88,11 +88,11 @@ class KnownFixes:
         return np.square(rows)
 
     def misplaced_m(self, time: float, sds: float) -> Floats:
-        """Return how far (m) AUVs may be from their believed positions at an instant (s), (n,).
+        """Return how far (m) AUVs may be from their believed positions at `time` (s), (n,).
 
-        With `last_fix` that is so many standard deviations of the fix, and the distance travelled
-        since.  With `carried_forward` the fleet plans on, and AUVs are also off by the error of
-        their own estimates.
+        With `last_fix` that is `sds` standard deviations of the last fix, and the distance
+        travelled since. With `carried_forward` the fleet moves AUVs on by plan, and the error of
+        their own estimates, by which they steer, is added to the fix's.
         """
         if self._plans.positions == "truth":
             return np.zeros(len(self._variance))
@@ -138,8 +138,8 @@ class KnownFixes:
 
 
 def weighed(drifted: float, fix: float) -> float:
-    """Return the variance (m2) of an estimate with a drifted variance after a fix of another: their
-    inverses add up.
+    """Return the variance (m2) of an estimate of variance `drifted` (m2) once a fix of variance
+    `fix` (m2) has corrected it: their inverses add up.
 
     >>> weighed(4.0, 4.0), weighed(0.0, 1.0)
     (2.0, 0.0)
@@ -148,7 +148,9 @@ def weighed(drifted: float, fix: float) -> float:
 
 
 def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes:
-    """Return what a fleet will know of its AUVs' estimates and positions, by what is planned."""
+    """Return the :class:`KnownFixes` of a mission that begins, with the planned speeds and
+    drift.
+    """
     scenario = setup.scenario
     speeds, water = planned_speeds(setup, auvs), scenario.environment
     carried = np.array([auv.group.vehicle.has_dynamics for auv in setup.auvs]) * (
@@ -259,14 +261,14 @@ class View:
 
     @cached_property
     def acknowledged_ping_s(self) -> Floats:
-        """When (s) each AUV sent the ping of that fix, shape (n,); errors as of
-        `acknowledged_at_s`.
+        """When (s) each AUV sent the ping of its newest acknowledged fix, shape (n,); NaN before
+        the first. Errors as of `acknowledged_at_s`.
         """
         return known_by(self.acknowledged).pinged_at_s
 
     def misplaced_m(self, sds: float) -> Floats:
-        """Return how far (m) each AUV may be from its believed position, (n,), by so many standard
-        deviations of fixes: 0 with `positions: truth`.
+        """Return how far (m) each AUV may be from its believed position, (n,), by `sds` standard
+        deviations of fixes (:meth:`KnownFixes.misplaced_m`): 0 with `positions: truth`.
         """
         return self._known.misplaced_m(self.time, sds)
 

@@ -1,1 +1,1 @@
-"""The sea as sound meets it: how fast it travels there, and what is taken of it on the way."""
+"""Sea water for sound: its speed and its absorption, by law or from a CTD profile."""

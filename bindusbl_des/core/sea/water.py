@@ -26,7 +26,7 @@ class Water(NamedTuple):
     depth_m: float = 10.0
 
 
-# That of a sea of which nothing is known
+# The water of a sea of which nothing is known
 USUAL_WATER = Water()
 
 
@@ -118,7 +118,7 @@ def sound_speed_teos10(
     return np.asarray(gsw.sound_speed(absolute, conservative, pressure))
 
 
-# What sea water takes from a sound on its way.
+# Absorption of sound by sea water.
 
 
 def absorption(
@@ -128,12 +128,11 @@ def absorption(
     depth_m: float = 10.0,
     ph: float = 8.1,
 ) -> Value:
-    """Return what sea water takes from a sound on its way (dB/km), after Francois and Garrison.
+    """Return the absorption of sound by sea water (dB/km), after Francois and Garrison.
 
-    Boric acid, magnesium sulphate and pure water take their share, in this order.  Frequency in
-    kHz (a number or an array), temperature in degC, salinity in psu, depth in m.  Raises ValueError
-    for values that no water or sound has.
-    Source: R. E. Francois, G. R. Garrison, J. Acoust. Soc. Am. 72, 1879 (1982).
+    Boric acid, magnesium sulphate and pure water add up.  Frequency in kHz (a number or an array),
+    temperature in degC, salinity in psu, depth in m.  Raises ValueError for values that no water or
+    sound has. Source: R. E. Francois, G. R. Garrison, J. Acoust. Soc. Am. 72, 1879 (1982).
 
     >>> round(absorption(25.0), 4)
     5.0138
@@ -157,7 +156,7 @@ def absorption(
 
 
 def _pure_water(temperature_c: float, depth_m: float) -> float:
-    """Return what the water itself takes of a sound, per kHz squared (dB/km/kHz2)."""
+    """Return the absorption of sound by pure water, per kHz squared (dB/km/kHz2)."""
     warm = temperature_c
     if warm <= 20.0:
         water = 4.937e-4 + warm * (-2.59e-5 + warm * (9.11e-7 - 1.50e-8 * warm))
@@ -173,10 +172,10 @@ def absorption_ainslie_mccolm(
     depth_m: float = 10.0,
     ph: float = 8.1,
 ) -> Value:
-    """Return what sea water takes from a sound on its way (dB/km), after Ainslie and McColm.
+    """Return the absorption of sound by sea water (dB/km), after Ainslie and McColm.
 
-    Arguments and errors as in :func:`absorption`, which it simplifies: within 10 % of it for
-    -6-35 degC, 5-50 psu, 0-7000 m, pH 7.7-8.3 and 0.1-1000 kHz, each varied alone, say its authors.
+    Arguments and errors as in :func:`absorption`, which it simplifies: within 10 % of it for -6-35
+    degC, 5-50 psu, 0-7000 m, pH 7.7-8.3 and 0.1-1000 kHz, each varied alone, say its authors.
     Source: M. A. Ainslie, J. G. McColm, J. Acoust. Soc. Am. 103, 1671 (1998).
 
     >>> round(absorption_ainslie_mccolm(25.0), 4)
@@ -195,11 +194,11 @@ def absorption_ainslie_mccolm(
 
 
 def absorption_thorp(frequency_khz: Value) -> Value:
-    """Return what sea water of about 4 degC at about 1000 m takes from a sound (dB/km).
+    """Return the absorption of sound (dB/km) by sea water of about 4 degC at about 1000 m.
 
     Frequency in kHz (a number or an array), fitted for 0.1-50 kHz.  Raises ValueError for a
-    frequency that is not positive.  Source: W. H. Thorp, J. Acoust. Soc. Am. 42, 270 (1967), in
-    the metric form of the textbooks.
+    frequency that is not positive.  Source: W. H. Thorp, J. Acoust. Soc. Am. 42, 270 (1967), in the
+    metric form of the textbooks.
 
     >>> round(absorption_thorp(25.0), 4)
     6.1048

@@ -1,4 +1,4 @@
-"""A column of water: how fast sound travels at each depth, by a law or as a CTD profile found it.
+"""A column of water: the speed of sound at each depth, by a law or from a CTD profile.
 
 A profile has conductivity, temperature and depth, or the speed of sound, read from CSV.
 """
@@ -43,8 +43,8 @@ ABOVE_M = 1.0
 
 class Cast(NamedTuple):
     """Samples of a cast, by increasing depth (n,), m: temperature (n,), degC, salinity (n,), psu,
-    speed of sound (n,), m/s; what was not measured is None.  What is to be said of rows that do not
-    count is in `left_out`.
+    speed of sound (n,), m/s; what was not measured is None.  `left_out` are sentences about rows
+    that do not count.
     """
 
     depths_m: Floats
@@ -60,8 +60,8 @@ def read_cast(path: str) -> Cast:
 
     The file has a header line with the columns depth_m and sound_speed_m_per_s, or depth_m,
     temperature_c and salinity_psu, or all of them, in any order; further columns are ignored.  It
-    may be a .cnv of Sea-Bird, or a CSV of a CastAway.  Of samples above the water, and of those not
-    deeper than others before them, none counts.
+    may be a .cnv of Sea-Bird, or a CSV of a CastAway.  Samples above the water, and samples not
+    deeper than one before them, are left out.
 
     Raises:
         ValueError: naming file, line and remedy, when the file is not such a cast.
@@ -94,7 +94,9 @@ def read_cast(path: str) -> Cast:
 
 
 def _called(name: str, there: Sequence[str]) -> str:
-    """Return by which name a column is there, "" if it is not."""
+    """Return the name, of the columns `there`, of the column that we call `name`; "" if there is
+    none.
+    """
     if name in there:
         return name
     return next((also for also in there if re.fullmatch(ALSO[name], also, re.IGNORECASE)), "")
@@ -127,11 +129,10 @@ class Profile(NamedTuple):
 
 
 def mean_speed(profile: Profile, depth_m: float) -> float:
-    """Return the speed (m/s) at which sound gets from the surface to a depth (m) on a straight way.
+    """Return the mean speed (m/s) of sound from the surface to a depth (m) on a straight path.
 
-    That is the harmonic mean: depth over the time taken, with any slope of the way, as time is the
-    integral of 1 / c.  At no depth it is the speed at the surface.  What bending does to ways is
-    not in it.
+    That is the harmonic mean: depth over travel time, at any slope of the path, as time is the
+    integral of 1 / c.  At no depth it is the speed at the surface.  Bending of rays is left out.
 
     >>> warm_above = Profile(np.array([0.0, 10.0, 20.0]), np.array([1510.0, 1500.0, 1480.0]))
     >>> round(mean_speed(warm_above, 20.0), 3)
@@ -166,7 +167,9 @@ def _layer_s(thickness_m: Floats, above: Floats, below: Floats) -> Floats:
 
 
 def mean_over(depths_m: Floats, values: Floats, depth_m: float) -> float:
-    """Return the mean down to a depth (m) of what is linear between depths (n,), m."""
+    """Return the mean from the surface to a depth (m) of `values` (n,) that are linear between
+    depths (n,), m.
+    """
     if not 0.0 <= depth_m < np.inf:
         refuse("depth (m)", depth_m, "be finite and not below 0", "count metres downwards")
     if depth_m < SHALLOWEST_M:
@@ -177,14 +180,14 @@ def mean_over(depths_m: Floats, values: Floats, depth_m: float) -> float:
 
 
 def uniform_profile(speed_m_per_s: float) -> Profile:
-    """Return water in which sound is as fast at all depths."""
+    """Return the profile of water in which sound has one speed (m/s) at all depths."""
     return Profile(np.zeros(1), np.full(1, speed_m_per_s))
 
 
 Law = Literal["mackenzie", "medwin", "teos10"]
 
-# Depths (m) at which water that is the same all the way is looked at: speeds are so nearly linear
-# in depth that these tell them to 2 mm/s (0.02 mm/s above 200 m).
+# Depths (m) at which water of one temperature and salinity is sampled: between them speeds are
+# linear within 2 mm/s (0.02 mm/s above 200 m).
 DEPTHS_M = np.concatenate((np.arange(0.0, 200.0, 20.0), np.arange(200.0, 12_001.0, 200.0)))
 
 
@@ -222,9 +225,10 @@ class Column:
         return Profile(cast.depths_m, speeds)
 
     def water(self) -> Water:
-        """Return the water on the way down (raises ValueError as :meth:`profile`).
+        """Return the mean temperature and salinity down to the depth (raises ValueError as
+        :meth:`profile`).
 
-        Of a cast, the means; of one that holds speeds of sound alone, the usual water.
+        Of a cast that has speeds of sound alone, the usual water.
         """
         if self.temperature_c is not None:
             return Water(self.temperature_c, self.salinity_psu, self.deepest_m)

@@ -5,7 +5,7 @@ Theory of operation
 **Frames.** Survey: x north, y east, z down (m); an array's: x forward, y to starboard, z down.
 Azimuth runs from x towards y, elevation is positive downwards (rad).
 
-**One measurement** (`two_way.measure`, `measuring`) has three parts, each with its own noise:
+**One measurement** (`sights.sighting`, `measuring`) has three parts, each with its own noise:
 
     range      r = c_a (tau + n_t), tau the travel time by synchronised clocks
     direction  s: that of the plane wave which best fits the differences of arrival times at the
@@ -42,7 +42,7 @@ independent.
 **When.** A fix is valid at the instant of its ping, for an answer at the answer's, with passive
 ranging as the ping arrives.  It is made when it is asked for; noise is drawn by pair and count, so
 that this changes no bit.  What navigators need to expand a fix about their own beliefs is written
-to each reception (`sights`).  What every ping is measured with is packed once
+to each reception (`sights.note_sight`).  What every ping is measured with is packed once
 (`measuring.PackedInstrument`, `systematic_effects.PackedErrors`).  No instrument gets the truth
 that it measures.
 """

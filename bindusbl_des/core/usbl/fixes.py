@@ -41,7 +41,15 @@ from .measuring import (
     path_sd,
     placed,
 )
-from .sights import note_call, note_sight, unknown_sights
+from .sights import (
+    ArrayView,
+    Heard,
+    measure,
+    note_call,
+    note_sight,
+    sighting,
+    unknown_sights,
+)
 from .systematic_effects import (
     CALLER,
     CLOCK,
@@ -70,16 +78,7 @@ from .systematic_effects import (
     spread_out,
     states_place,
 )
-from .two_way import (
-    Heard,
-    View,
-    by_itself,
-    first_to_locate,
-    measure,
-    sighting,
-    two_way,
-    way_to_caller,
-)
+from .two_way import by_itself, caller_offset, first_to_locate, two_way
 
 
 @compiled
@@ -113,7 +112,9 @@ def measured(
 
 @compiled
 def note(row: Row, ping: Row, estimate: Floats, covariance: Floats) -> None:
-    """Write a measured position and its covariance to the row of a fix."""
+    """Write a measured position (3,), m, its covariance (3, 3), m2, and its true horizontal error
+    to the row of a fix.
+    """
     row.x_m, row.y_m, row.z_m = estimate[0], estimate[1], estimate[2]
     row.sd_x_m = sqrt(max(covariance[0, 0], 0.0))
     row.sd_y_m = sqrt(max(covariance[1, 1], 0.0))
@@ -136,9 +137,7 @@ class UsblWithErrors(NamedTuple):
 
 @compiled
 def jump(fix: Floats, noise: Floats, levels: Row) -> None:
-    """Make a fix (3,), m, an outlier, which its covariance does not contain, if its noise says
-    so.
-    """
+    """Make a fix (3,), m, an outlier that its covariance does not contain, if its noise says so."""
     if levels.outlier_sd_m > 0.0 and noise[NOISE_WIDTH + 1] < levels.outliers_below:
         for axis in range(2):
             fix[axis] += levels.outlier_sd_m * noise[NOISE_WIDTH + 2 + axis]
@@ -211,7 +210,7 @@ def _by_whole_way(
     instrument = instrument_of(instruments, heard.receptions[row].asv)
     ping, noise = heard.ping, heard.noise[row]
     seen = sighting(heard, row, asvs, instrument, systematic)
-    baseline = way_to_caller(heard, row, seen, asvs, instruments)
+    baseline = caller_offset(heard, row, seen, asvs, instruments)
     baseline = plus(baseline, gnss_error(ping.called_by, ping.called_at_s, systematic))
     alone = by_itself(seen, baseline, heard, row, instruments, strayed[ping.auv])
     fix, spread, own = alone.fix, alone.covariance, alone.own
@@ -357,8 +356,9 @@ def _beside(part: AsvFix, sds: Floats) -> Floats:
 
 @compiled
 def _columns(part: AsvFix, heard: Heard, row: int, systematic: Systematic) -> Floats:
-    """Return effects in the columns of J, (4, 5 k + 1): extrapolated to the origin, their
-    derivatives along x, along y, and by each error, and at the fix; last those of the call's path.
+    """Return the effects on a fix as columns, (4, 5 k + 1), in blocks of k: extrapolated to the
+    origin of the survey frame, their derivatives along x, along y and by each error, and their
+    values at the fix; last the effect of the call's path.
     """
     count, asv = systematic.variances.size, heard.receptions[row].asv
     whose = Whose(asv, asv, heard.ping.called_by, _clock_at(heard.ping))
@@ -376,7 +376,7 @@ def write_columns(
     systematic: Systematic,
 ) -> None:  # fmt: skip
     """Write effects (4, EFFECTS) to the columns of J (4, 4 k or more), with their derivatives along
-    x, along y (2, 4, EFFECTS), and by each error.
+    x and y, `moved` (2, 4, EFFECTS), and by each error, `bends` (4, EFFECTS).
     """
     count, levels = systematic.variances.size, systematic.levels
     spread_out(effects, out[:, :count], whose, levels)
@@ -468,7 +468,7 @@ def _sighting(own: HeardBeacon, instrument: Instrument, errors: Systematic | Non
         late, later = errors.clocks[reception.auv]
         took = took - late - later * reception.arrived_at_s
         off = negative(gnss_error(reception.asv, ping.sent_at_s, errors))
-    view = View(beneath, above, own.yaw, took, beneath[2] - above[2], off)
+    view = ArrayView(beneath, above, own.yaw, took, beneath[2] - above[2], off)
     return measure(view, reception, reception.auv, own.noise, instrument, errors)
 
 

@@ -29,8 +29,8 @@ from .measuring import (
 def sheet_of(model: str, calls: bool) -> Sheet | None:
     """Return the figures of an instrument's data sheet; None if it has none.
 
-    A stated range is that of the ASV that measures alone: of the path of a call and its answer it
-    takes half, so that the error of the path is twice as large.
+    The error of a stated range is that of one ASV by itself.  If an ASV `calls`, its range is half
+    the path of call and answer, so the path's error is twice as large.
     """
     if not INSTRUMENT.declared(model).is_stated:
         return None
@@ -108,14 +108,15 @@ class Usbl:
         noise: Floats,
         snr_db: float = math.nan,
     ) -> tuple[Floats, Floats]:
-        """Measure one ping; see :func:`locate`."""
+        """Return the fix (3,), m, of one ping and its covariance (3, 3), m2; see :func:`locate`."""
         instrument = Instrument(self.array, self.metric, self.levels[0])
         places: tuple[Vector, Vector] = tuple(source.tolist()), tuple(vessel.tolist())
         return locate(*places, yaw, travel_time, snr_db, noise, instrument)
 
     def level_sds(self) -> tuple[float, float]:
-        """Return the noise (rad) of bearing and elevation of a source at the same depth, at its
-        worst azimuth, without AHRS; of a sheet the stated one (0: it states positions).
+        """Return the noise (rad) of bearing and elevation of a source at the array's depth, at its
+        worst azimuth, without that of the AHRS; of a sheet the stated noise (0 if it states
+        positions).
 
         >>> from bindusbl_des.core.usbl.array import ARRAYS
         >>> named = Usbl(ARRAYS["cross5"], 2.6e-7, 0.0, 0.0, (0.0, 0.0, 0.0), 0.0, 1500.0)
@@ -133,8 +134,8 @@ class Usbl:
         return sqrt(worst[0]), sqrt(worst[1])
 
     def range_sd(self, ways: int) -> float:
-        """Return the noise (m) of a short range by a one-way travel time, or (2) there and back; of
-        a sheet without the part that grows with range.
+        """Return the noise (m) of a short range by a travel time there (`ways` 1) or there and back
+        (2); of a sheet without the part that grows with range.
 
         >>> round(Usbl(np.eye(3), 0.0, 6.66667e-6, 0.0, (0.0,) * 3, 0.0, 1500.0).range_sd(2), 6)
         0.005

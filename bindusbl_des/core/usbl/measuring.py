@@ -77,8 +77,8 @@ def across_by_array(
 
 @compiled
 def across_by_sheet(offset: Vector, sds: tuple[float, float], share: float) -> Across:
-    """Return a `share` of the error across an offset (3,), m, by a bearing and an elevation (sd in
-    rad, as stated).
+    """Return a `share` of the error (variance) across an offset (3,), m, whose bearing and
+    elevation have the stated errors `sds` (rad).
     """
     square = offset[0] ** 2 + offset[1] ** 2 + offset[2] ** 2
     east, down = tangents(divided(offset, math.sqrt(square)))
@@ -138,7 +138,7 @@ def fix_covariance(
 
 @compiled
 def not_nothing(offset: Vector) -> Vector:
-    """Return an offset (3,), m, replaced by a short one if it has no direction."""
+    """Return an offset (3,), m, or a short one downwards if it is too short to have a direction."""
     return (0.0, 0.0, SHORTEST_RANGE) if length(offset) < SHORTEST_RANGE else offset
 
 
@@ -258,8 +258,8 @@ def stated_aside(east: Vector, down: Vector, sds: tuple[float, float], noise: Ve
 
 @compiled
 def path_sd(path: float, levels: Row, slow: bool = False) -> float:
-    """Return the noise (m) of the length of a path (m), one-way, or of call and answer, without its
-    slow part; or, if `slow`, that part.
+    """Return the white noise (sd, m) of a measured path (m), one-way or of call and answer, or if
+    `slow` its slow error; `levels` is a record of LEVELS.
     """
     share = levels.slow_share if slow else 1.0 - levels.slow_share
     whole = hypot(levels.sound_speed_m_per_s * levels.travel_time_sd_s, levels.path_share * path)
@@ -268,7 +268,7 @@ def path_sd(path: float, levels: Row, slow: bool = False) -> float:
 
 @compiled
 def spread_sd(reach: float, levels: Row) -> float:
-    """Return a sheet's noise (m) of a position at a range (m) along each axis."""
+    """Return a data sheet's noise (sd, m) of a position along each axis at a range `reach` (m)."""
     return hypot(levels.spread_sd_m, levels.spread_share * reach)
 
 
@@ -406,9 +406,7 @@ def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrum
 
 @compiled
 def timed_sd(floor: float, snr_db: float, levels: Row) -> float:
-    """Return the noise (s) of an element: a `floor` (s), and the noise at an SNR if that is
-    known.
-    """
+    """Return an element's noise (s): a `floor` (s), and what an SNR (dB; nan: unknown) adds."""
     if levels.timing_sd_s > 0.0 and not math.isnan(snr_db):
         return math.sqrt(floor**2 + levels.timing_sd_s**2 * 10.0 ** (-snr_db / 10.0))
     return floor
@@ -469,7 +467,9 @@ def offset_of(
 
 @compiled
 def gnss_noise(noise: Floats) -> Vector:
-    """Return the GNSS error of a vessel along x, y and z, in standard deviations."""
+    """Return the GNSS error of a vessel along x, y and z, in standard deviations, from a row of
+    noise.
+    """
     return noise[GNSS_NOISE], noise[GNSS_NOISE + 1], noise[GNSS_NOISE + 2]
 
 
@@ -486,9 +486,9 @@ def variances(
     """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
     of fixes at horizontal distances (g,), m, and a depth (m).
 
-    Of the path of a call and its answer, between which an AUV has `moved` (m2; below 0: one-way),
-    half is the range.  A filter that `weighs` fixes knows the direction better than one fix, so
-    that the range along it is as precise as measured (:mod:`..navigation.turning`).
+    With calls the range is half the path of call and answer, between which the AUV has `moved` (a
+    variance, m2; below 0: one-way).  A filter that `weighs` fixes knows the direction better than
+    one fix, so that the range along it is as precise as measured (:mod:`..navigation.turning`).
     """
     instrument = Instrument(array[0], metric[0], levels[0])
     out, none, believed = np.empty((away.size, 4)), np.zeros(NOISE_WIDTH), np.eye(3)

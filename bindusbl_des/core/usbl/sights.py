@@ -1,17 +1,20 @@
-"""What one array alone measures of a ping, written to its reception for navigators.
+"""What one array alone measures of a ping, and what of it is written to the reception.
 
 A fix's covariance lies across the measured direction, and both have the same error.  A navigator
 that knows the AUV's position better rotates the covariance to its own direction, for which it needs
 the measurement itself: origin, direction, range, and their errors.
 """
 
-from math import atan2, degrees, hypot, isnan, nan
+from math import atan2, degrees, hypot, isnan, nan, sqrt
+from typing import NamedTuple
 
 from ...support.arrays import Floats
-from ...support.compiled import compiled
+from ...support.compiled import compiled, inlined
 from ..records.events import HEARD
 from ..records.rows import Row, Rows
+from ..vehicles.motion import Motion, where
 from .array import (
+    NOTHING,
     Vector,
     arrival_differences,
     direction,
@@ -19,12 +22,24 @@ from .array import (
     dot,
     length,
     minus,
+    plus,
     rotated,
     rotated_back,
+    rotation,
     scaled,
     tangents,
 )
-from .measuring import Instrument, Sighting, path_sd, spread_sd
+from .fusion import product
+from .measuring import (
+    SHORTEST_RANGE,
+    Instrument,
+    Sighting,
+    clocked,
+    path_sd,
+    sighted,
+    spread_sd,
+)
+from .systematic_effects import Systematic, gnss_error
 
 # Largest variance (rad2, both axes together) of a direction that the second order still describes
 UNSURE = 0.5
@@ -72,7 +87,7 @@ def copy_direction(fix: Row, receptions: Rows) -> None:
 def note_sight(
     row: Row, fix: Floats, seen: Sighting, reach: float, noise: Floats, instrument: Instrument
 ) -> None:
-    """Write to a reception what was measured of it.
+    """Write an array's measurement to its reception: origin, direction, range, and their errors.
 
     `fix` (3,), m, is the position by the range `reach` (m) in the measured direction, shortened
     (:func:`.measuring.debias`); `noise` (3, 3), m2, is its covariance.  The measured attitude is
@@ -114,8 +129,8 @@ def note_sight(
 
 @compiled
 def note_answer(row: Row, ping: Row, path: float, baseline: Vector, levels: Row) -> None:
-    """Write to a reception, noted at half the path of call and answer (m), the whole `path`;
-    `baseline` (3,), m, as of :func:`.two_way.way_to_caller`.
+    """Write the whole path of call and answer (m) to a reception that was noted at half of it, and
+    where the caller was; `baseline` (3,), m, as of :func:`.two_way.caller_offset`.
     """
     row.ahead_x_m, row.ahead_y_m, row.ahead_z_m = (
         2 * row.ahead_x_m,
@@ -133,8 +148,8 @@ def note_answer(row: Row, ping: Row, path: float, baseline: Vector, levels: Row)
 
 @compiled
 def unknown_sights(receptions: Rows) -> None:
-    """Mark measurements of receptions as unknown, apart from the fused fix, and callers as well;
-    rows are not initialised.
+    """Mark the measurement of each array, and the caller, as unknown: only the fused fix is known.
+    The rows were not initialised.
     """
     for row in range(len(receptions)):
         reception = receptions[row]
@@ -143,7 +158,7 @@ def unknown_sights(receptions: Rows) -> None:
 
 @compiled
 def no_sights(receptions: Rows) -> None:
-    """Mark measurements of receptions as unknown, their origin included."""
+    """Mark the measurement of each array as unknown, its origin included."""
     unknown_sights(receptions)
     for row in range(len(receptions)):
         receptions[row].from_x_m = nan
@@ -154,3 +169,75 @@ def note_call(receptions: Rows, ping: Row) -> None:
     """Write to receptions how long (s) before its answer the AUV has heard the call."""
     for row in range(len(receptions)):
         receptions[row].called_before_s = ping.sent_at_s - (ping.called_at_s + ping.call_time_s)
+
+
+class Heard(NamedTuple):
+    """A ping and its receptions (n,), one or more of them heard; the `noise` of each, standard
+    normal numbers (n or more, NOISE_WIDTH or more).
+    """
+
+    ping: Row
+    receptions: Rows
+    noise: Floats
+
+
+@compiled
+def sighting(
+    heard: Heard, row: int, asvs: Motion, instrument: Instrument, errors: Systematic | None
+) -> Sighting:
+    """Return an ASV's measurement of a reception, of a ping or an answer, with systematic `errors`
+    if any: its travel time by the AUV's clock, or for an answer by the ASVs'.
+    """
+    ping, reception = heard.ping, heard.receptions[row]
+    x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
+    vessel, under_way, off = (x, y, z), reception.travel_time_s, NOTHING
+    source = ping.x_m, ping.y_m, ping.z_m
+    if not isnan(reception.lowered):  # echoes blend in: it seems later, and higher or lower
+        under_way += reception.late_s
+        ahead, aside, below = minus(source, vessel)
+        reach = max(hypot(hypot(ahead, aside), below), SHORTEST_RANGE)
+        sine = min(max(below / reach + reception.lowered, -1.0), 1.0)
+        level = reach * sqrt(1.0 - sine * sine) / max(hypot(ahead, aside), SHORTEST_RANGE)
+        source = plus(vessel, (level * ahead, level * aside, reach * sine))
+    if not isnan(ping.call_time_s):
+        under_way = ping.call_time_s + under_way
+    elif errors is not None:
+        late, later = errors.clocks[ping.auv]
+        under_way = under_way + late + later * ping.sent_at_s
+    if errors is not None:
+        off = gnss_error(reception.asv, reception.arrived_at_s, errors)
+    view = ArrayView(source, vessel, yaw, under_way, ping.z_m - z, off)
+    return measure(view, reception, reception.asv, heard.noise[row], instrument, errors)
+
+
+class ArrayView(NamedTuple):
+    """What an array sees of a source: its apparent position and the array's (3,), m, the array's
+    heading (rad), the apparent travel time (s), the true depth (m) of the source below it, and the
+    slow GNSS error (3,), m, of the array's carrier.
+    """
+
+    source: Vector
+    array: Vector
+    yaw: float
+    under_way: float
+    below: float
+    off: Vector
+
+
+@inlined
+def measure(
+    view: ArrayView, reception: Row, carrier: int, noise: Floats, instrument: Instrument,
+    errors: Systematic | None,
+) -> Sighting:  # fmt: skip
+    """Return an array's measurement of a source, by a row of noise; `carrier` is the index of its
+    vehicle among those with arrays.  Write the direction to the reception.
+    """
+    snr_db, place = reception.snr_db, view.array
+    unit, believed = sighted(view.source, place, view.yaw, snr_db, noise, instrument)
+    path = instrument.levels.sound_speed_m_per_s * clocked(view.under_way, noise, instrument)
+    if errors is not None:
+        turn = rotation(0.0, 0.0, errors.misalignments[carrier])
+        unit, believed = rotated(turn, unit), product(turn, believed)
+        place = plus(place, view.off)
+    note_direction(reception, unit, believed)
+    return Sighting(place, unit, believed, path, snr_db, view.below)

@@ -131,8 +131,8 @@ def deviations(time: float, levels: Row) -> Floats:
 
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
-    """Return the share of a range (m) left of an offset that :func:`.measuring.debias`
-    shortened.
+    """Return which share of a range (m) an offset `ahead` has left after
+    :func:`.measuring.debias`.
     """
     return 1.0 if reach == 0.0 else length(ahead) / abs(reach)
 
@@ -237,8 +237,8 @@ def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
 
 @compiled
 def lengthen(effects: Floats, unit: Vector, farther: Floats, kept: float) -> None:
-    """Add errors of a range (m), `farther` (EFFECTS,), to effects; the call's path gets minus
-    these.
+    """Add errors of a range, `farther` (EFFECTS,), m, to effects: along `unit`, times `kept`.  The
+    last row, minus the call's path, becomes `farther`.
     """
     for k in range(EFFECTS):
         for i in range(3):
@@ -276,9 +276,7 @@ def changes(
 
 @compiled
 def _far_share(ahead: Vector, clock_m: float) -> float:
-    """Return the share of an offset's rotation (3,), m, that a clock error (sd, m) leaves
-    certain.
-    """
+    """Return which share of an offset's rotation is certain despite a clock error (sd, m)."""
     square = dot(ahead, ahead)
     return square / (square + (NEAR * clock_m) ** 2)
 
@@ -392,7 +390,9 @@ class Whose(NamedTuple):
 
 @compiled
 def spread_out(effects: Floats, out: Floats, whose: Whose, levels: Row) -> None:
-    """Write effects (4, EFFECTS) to their columns of J (4, k)."""
+    """Write effects (4, EFFECTS) to the columns of J, `out` (4, k), of the vehicles that have the
+    errors.
+    """
     if levels.misalignment_at != NONE:
         out[:, levels.misalignment_at + whose.array] = effects[:, MISALIGNMENT]
     if levels.gnss_at != NONE:
@@ -412,7 +412,9 @@ def spread_out(effects: Floats, out: Floats, whose: Whose, levels: Row) -> None:
 
 @compiled
 def move(jacobians: Floats, way: Floats) -> None:
-    """Move the position at which J (n, 5 k + 1) holds by `way` (m)."""
+    """Move the position at which J (n, 5 k + 1) holds by `way` (2 or more,), m: extrapolate its
+    first k columns, in place.
+    """
     count = jacobians.shape[1] // 5
     for axis in range(2):
         jacobians[:, :count] += way[axis] * jacobians[:, (1 + axis) * count : (2 + axis) * count]

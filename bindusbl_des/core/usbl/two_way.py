@@ -9,15 +9,14 @@ removed).
 """
 
 import math
-from math import hypot, isnan, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from ...support.arrays import Floats
-from ...support.compiled import compiled, inlined
+from ...support.compiled import compiled
 from ..records.events import HEARD
-from ..records.rows import NONE, Row, Rows
+from ..records.rows import NONE
 from ..vehicles.motion import Motion, where
 from .array import (
     NOTHING,
@@ -28,26 +27,19 @@ from .array import (
     minus,
     negative,
     plus,
-    rotated,
-    rotation,
     scaled,
 )
-from .fusion import fuse_shared, product
+from .fusion import fuse_shared
 from .measuring import (
-    SHORTEST_RANGE,
-    Instrument,
     PackedInstrument,
     Sighting,
-    clocked,
     gnss_noise,
     instrument_of,
     path_sd,
     placed,
-    sighted,
     spread_sd,
 )
-from .sights import note_answer, note_direction, note_sight
-from .systematic_effects import Systematic, gnss_error
+from .sights import Heard, note_answer, note_sight, sighting
 
 # Relative path difference below which the AUV is on the line to the caller, somewhere between
 IN_LINE = 1e-9
@@ -155,16 +147,6 @@ def dated(
     return out
 
 
-class Heard(NamedTuple):
-    """A ping and its receptions (n,), one or more of them heard; the `noise` of each, standard
-    normal numbers (n or more, NOISE_WIDTH or more).
-    """
-
-    ping: Row
-    receptions: Rows
-    noise: Floats
-
-
 class Alone(NamedTuple):
     """One ASV's location of an answer: the fix (3,), m, the covariance (4, 4), m2, of it and of
     minus the call's path length, its range, and how much longer that is (m per m) if the call's
@@ -188,7 +170,7 @@ def two_way(
     reference = first_to_locate(heard)
     instrument = instrument_of(instruments, heard.receptions[reference].asv)
     seen = sighting(heard, reference, asvs, instrument, None)
-    baseline = way_to_caller(heard, reference, seen, asvs, instruments)
+    baseline = caller_offset(heard, reference, seen, asvs, instruments)
     alone = by_itself(seen, baseline, heard, reference, instruments, strayed)
     state, spread, jacobian = np.zeros(4), alone.covariance, np.empty((3, 1))
     state[:3] = alone.fix
@@ -215,7 +197,7 @@ def _note(
     instrument = instrument_of(instruments, heard.receptions[row].asv)
     half, levels = seen.path / 2, instrument.levels
     fix, noise = placed(seen, half, path_sd(half, levels), heard.noise[row], instrument)
-    reception, baseline = heard.receptions[row], way_to_caller(heard, row, seen, asvs, instruments)
+    reception, baseline = heard.receptions[row], caller_offset(heard, row, seen, asvs, instruments)
     note_sight(reception, fix, seen, half, noise, instrument)
     note_answer(reception, heard.ping, seen.path, baseline, levels)
 
@@ -232,69 +214,7 @@ def first_to_locate(heard: Heard) -> int:
 
 
 @compiled
-def sighting(
-    heard: Heard, row: int, asvs: Motion, instrument: Instrument, errors: Systematic | None
-) -> Sighting:
-    """Return an ASV's measurement of a reception, with systematic `errors` if any: by the clock of
-    the AUV, or for an answer by the ASVs'.
-    """
-    ping, reception = heard.ping, heard.receptions[row]
-    x, y, z, yaw = where(asvs, reception.asv, reception.arrived_at_s)
-    vessel, under_way, off = (x, y, z), reception.travel_time_s, NOTHING
-    source = ping.x_m, ping.y_m, ping.z_m
-    if not isnan(reception.lowered):  # echoes blend in: it seems later, and higher or lower
-        under_way += reception.late_s
-        ahead, aside, below = minus(source, vessel)
-        reach = max(hypot(hypot(ahead, aside), below), SHORTEST_RANGE)
-        sine = min(max(below / reach + reception.lowered, -1.0), 1.0)
-        level = reach * sqrt(1.0 - sine * sine) / max(hypot(ahead, aside), SHORTEST_RANGE)
-        source = plus(vessel, (level * ahead, level * aside, reach * sine))
-    if not isnan(ping.call_time_s):
-        under_way = ping.call_time_s + under_way
-    elif errors is not None:
-        late, later = errors.clocks[ping.auv]
-        under_way = under_way + late + later * ping.sent_at_s
-    if errors is not None:
-        off = gnss_error(reception.asv, reception.arrived_at_s, errors)
-    view = View(source, vessel, yaw, under_way, ping.z_m - z, off)
-    return measure(view, reception, reception.asv, heard.noise[row], instrument, errors)
-
-
-class View(NamedTuple):
-    """What an array sees of a source: its apparent position and the array's (3,), m, the array's
-    heading (rad), the apparent travel time (s), the true depth (m) of the source below it, and the
-    slow GNSS error (3,), m, of the array's carrier.
-    """
-
-    source: Vector
-    array: Vector
-    yaw: float
-    under_way: float
-    below: float
-    off: Vector
-
-
-@inlined
-def measure(
-    view: View, reception: Row, carrier: int, noise: Floats, instrument: Instrument,
-    errors: Systematic | None,
-) -> Sighting:  # fmt: skip
-    """Return an array's measurement of a source, by a row of noise; `carrier` is the index of its
-    vehicle among those with arrays.  Write the direction to the reception.
-    """
-    snr_db, place = reception.snr_db, view.array
-    unit, believed = sighted(view.source, place, view.yaw, snr_db, noise, instrument)
-    path = instrument.levels.sound_speed_m_per_s * clocked(view.under_way, noise, instrument)
-    if errors is not None:
-        turn = rotation(0.0, 0.0, errors.misalignments[carrier])
-        unit, believed = rotated(turn, unit), product(turn, believed)
-        place = plus(place, view.off)
-    note_direction(reception, unit, believed)
-    return Sighting(place, unit, believed, path, snr_db, view.below)
-
-
-@compiled
-def way_to_caller(
+def caller_offset(
     heard: Heard, row: int, seen: Sighting, asvs: Motion, instruments: PackedInstrument
 ) -> Vector:
     """Return where the call was sent relative to its answer's hearer (3,), m, by their GNSS."""
@@ -318,7 +238,7 @@ def by_itself(
     seen: Sighting, baseline: Vector, heard: Heard, row: int, instruments: PackedInstrument,
     strayed: float,
 ) -> Alone:  # fmt: skip
-    """Locate an AUV by one reception of its answer; `baseline` as of :func:`way_to_caller`."""
+    """Locate an AUV by one reception of its answer; `baseline` as of :func:`caller_offset`."""
     instrument = instrument_of(instruments, heard.receptions[row].asv)
     levels, noise = instrument.levels, heard.noise[row]
     gnss, own_gnss, other_gnss = levels.gnss_sd_m**2, 0.0, 0.0

@@ -70,9 +70,10 @@ class SharedAir:
         watching: Happenings | None = None,
         outcomes: Outcomes | None = None,
     ) -> None:
-        """`ping` lets AUVs ping at an instant (s), each held back for so long (s), at a level (dB);
-        None: no program pings.  If `hearing`, AUVs hear each other's pings.  After its pings an AUV
-        sends its `data`, if any.  ASVs hear pings as `watching` reports their `outcomes`.
+        """`ping` takes AUVs, an instant (s), how long (s) each was held back and a level (dB), and
+        lets these AUVs ping; None: no program pings.  If `hearing`, AUVs hear each other's pings.
+        After its pings an AUV sends its `data`, if any.  ASVs hear pings as `watching` reports
+        their `outcomes`.
         """
         self.env, self.bit_rate_bps, self._ping, self._data = env, bit_rate_bps, ping, data
         self._uplink, self._record, self._sounds = uplink, record, uplink.sounds
@@ -141,8 +142,8 @@ class SharedAir:
             refuse("`level_db`", level_db, full, "give dB re 1 uPa at 1 m")
 
     def _spare(self, sender: int, level_db: float | None, time: float, lasts: float) -> None:
-        """Note a signal at a level (dB) from an instant on for so long (s), and the share of full
-        power that it does not take.
+        """Note the share of full power that a signal at a level (dB; None: full) saves for `lasts`
+        (s).
         """
         if level_db is not None:
             most = self._uplink.source_level_db
@@ -160,7 +161,7 @@ class SharedAir:
         return spared
 
     def _duration(self, node: Node, message: ToSend) -> float:
-        """Return how long (s) a signal lasts."""
+        """Return how long (s) a signal lasts; refuse a signal that cannot be sent."""
         kind, size = message.kind, message.bytes
         if not isinstance(kind, str) or not kind:
             refuse("`kind`", repr(kind), "be a word", f"name it as you like, or {PING!r}")
@@ -224,7 +225,9 @@ class SharedAir:
         self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int,
         level_db: float | None,
     ) -> None:  # fmt: skip
-        """Write the sounds of a signal at the first so many `listeners` of all vehicles."""
+        """Write the sounds of a signal, the `number` of its `kind`, at the first so many
+        `listeners` of all vehicles.
+        """
         sent = self._sounds.send(
             kind, number, sender, time, lasts, self._uplink.at_level(level_db), self._keys[sender],
             int(self._sent[sender]), listeners,
@@ -309,12 +312,12 @@ class SharedAir:
         return None if self._outcomes is None else self._outcomes.sight_of(ping, asv)
 
     def give_up(self, event: simpy.Event) -> None:
-        """Succeed with None an event of a signal that has not come."""
+        """End the wait for a signal that has not come: succeed its event with None."""
         if not event.triggered:
             event.succeed(None)
 
     def _look_for(self, inbox: "_Inbox", row: int) -> None:
-        """Look again once a sound, a row, may be over at a vehicle that waits."""
+        """Schedule a look at a sound, a row, for when it may be over at a vehicle that waits."""
         if inbox.waiting is None or inbox.waiting.triggered or row in inbox.awaited:
             return
         inbox.awaited.add(row)
@@ -329,7 +332,7 @@ class SharedAir:
         event.callbacks.append(look)
 
     def _look(self, inbox: "_Inbox") -> None:
-        """Decide the sounds that are over at a vehicle by now; hand over the first it has
+        """Decide the sounds that are over at a vehicle by now; hand over the first that was
         decoded.
         """
         over = []

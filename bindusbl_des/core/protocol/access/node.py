@@ -46,7 +46,7 @@ class _Questions:
         self._env, self._last, self._times = env, -1.0, 0
 
     def counted(self, answer: float) -> float:
-        """Return an answer to the program.
+        """Return `answer`, and count that the program has asked.
 
         Raises:
             ValueError: when the program asks on and on without a step.
@@ -123,7 +123,7 @@ class Node:
         return time + (offset + drift * time)
 
     def when(self, reading: float) -> float:
-        """Return the instant of the mission (s) at which the vehicle's clock reads so (s)."""
+        """Return the mission's instant (s) at which the vehicle's clock shows `reading` (s)."""
         offset, drift = self.clock_error
         return (reading - offset) / (1.0 + drift)
 
@@ -218,16 +218,15 @@ class Node:
         power.
 
         Raises:
-            ValueError: when an ASV is to ping, a vehicle that still sends is to send, nobody has
-                the name of whom it is sent to, it does not last a finite time above 0, or there is
-                no such level.
+            ValueError: when an ASV is to ping, the vehicle still sends, no vehicle is named `to`,
+                the signal does not last a finite time above 0, or there is no such level.
         """
         return self.air.send(self, ToSend(kind, to, bytes, lasts_s, data, level_db), waited_s)
 
     def sight(self, heard: HeardSignal) -> Any:
         """Return what an ASV has measured of a ping, as that ends there, with the noise that its
         fix will be made with (:class:`..outcomes.Sight`: place, covariance); None later, of other
-        signals, at AUVs, and by an instrument of one's own.
+        signals, at AUVs, and with a user-defined instrument.
         """
         is_now = abs(self.when(heard.ended_at_s) - self.now) < ROUNDING
         if not self.is_asv or heard.ping is None or not is_now:
@@ -247,7 +246,7 @@ class Medium(Protocol):
 
     @property
     def sight_of(self) -> Callable[[int, int], Any]:
-        """A function that returns an ASV's measurement of a ping, by both numbers."""
+        """A function of a ping's and an ASV's number that returns the ASV's measurement."""
 
     def send(self, node: Node, message: "ToSend", waited_s: float | None) -> simpy.Event:
         """Let a node send a signal; return the event of its end."""
@@ -259,7 +258,7 @@ class Medium(Protocol):
         """Return the event of the next signal that a node decodes."""
 
     def give_up(self, event: simpy.Event) -> None:
-        """Succeed with None an event of a signal that has not come."""
+        """End the wait for a signal that has not come: succeed its event with None."""
 
 
 class ToSend(NamedTuple):

@@ -83,7 +83,8 @@ def crc16(data: bytes) -> int:
 
 
 def line(mark: str, code: int, content: bytes = b"") -> bytes:
-    """Return a line of the serial port without its end: `#` of a host, `$` of a beacon.
+    """Return a line of the serial port, checksum included, without its end (CR LF): `mark` is `#`
+    for a host's, `$` for a beacon's.
 
     >>> line("#", SETTINGS_GET)
     b'#15C1CF'
@@ -93,7 +94,8 @@ def line(mark: str, code: int, content: bytes = b"") -> bytes:
 
 
 def parsed(text: bytes, mark: str = "#") -> tuple[int, bytes]:
-    """Return the code and the content of a line without its end.
+    """Return the code and the content of a line that begins with `mark` (`#` of a host, `$` of a
+    beacon) and ends with its checksum; its end (CR LF) is already cut off.
 
     Raises:
         ValueError: when it is not such a line, or its checksum is wrong.
@@ -146,8 +148,8 @@ SETTINGS = struct.Struct("<4B6s16sHBiHHB12s33s6s3HBBHH6s3s")
 
 
 class Content(NamedTuple):
-    """Content of a message: its type, the command that it came of (`about`), its bytes, and its
-    sender's depth (m).
+    """Content of a message: its type (OWAY to RESPX), the command that it came of (`about`, a key
+    of SENDS), its bytes, and its sender's depth (m).
     """
 
     type: int
@@ -422,7 +424,7 @@ class Seatrac(Modem):
 
 
 def _counted(content: bytes) -> bytes:
-    """Return the data behind a byte with their length.
+    """Return the data behind a first byte with their length; ignore what follows them.
 
     Raises:
         IndexError: when there are fewer.

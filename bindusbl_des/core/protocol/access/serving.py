@@ -103,7 +103,7 @@ def run_programs(
 
 
 class Cycles:
-    """The downlink's cycles, each a round; direct replies need none, and all are of one round."""
+    """The downlink's cycles, a round each; with direct replies all pings are of one round."""
 
     def __init__(self, network: Network) -> None:
         """Begin the first cycle at 0 s."""
@@ -128,7 +128,7 @@ class Cycles:
         return min(self._resumes_at, self._passing[0][0] if self._passing else inf)
 
     def _begun(self, number: int, time: float) -> Turn:
-        """Begin a cycle at an instant (s)."""
+        """Begin a cycle at `time` (s); return its round, which has no ping groups."""
         view = self._network.view(number, time)
         row = Round(number, time, colours=0, conflicts=conflict_count(view.heard))
         self._network.record.rounds.append(row)

@@ -1,3 +1,1 @@
-"""ASVs that move: placed again and again during the mission, by what the fleet knows of its
-AUVs.
-"""
+"""ASVs that move: placed anew during the mission, by what the fleet knows of its AUVs."""

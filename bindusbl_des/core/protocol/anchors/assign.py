@@ -25,7 +25,7 @@ class VesselGroups:
         self._of: dict[int, Numbers] = {}
 
     def of(self, view: AnchorView, fleet: Floats) -> dict[int, Numbers]:
-        """Return the AUVs of each ASV that works and has any; AUVs are believed at (n, 2), m."""
+        """Return the AUVs of each ASV that works and has any; `fleet` (n, 2), m, is believed."""
         working = np.flatnonzero(view.working)
         wanted = split(fleet, len(working))
         kept = list(self._of.values())
@@ -42,12 +42,12 @@ class VesselGroups:
 
 
 def circle(fleet: Floats, group: Numbers) -> Circle:
-    """Return the smallest circle around a group of AUVs."""
+    """Return the smallest circle (m) around the AUVs `group`, indices of `fleet` (n, 2), m."""
     return enclosing_circle(fleet[group])
 
 
 def largest(fleet: Floats, groups: list[Numbers]) -> float:
-    """Return the radius (m) of the largest of the smallest circles around groups."""
+    """Return the radius (m) of the largest :func:`circle` around groups, indices of `fleet`."""
     return max(circle(fleet, group).radius for group in groups)
 
 

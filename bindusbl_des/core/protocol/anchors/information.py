@@ -205,8 +205,8 @@ def _tried(bound: Floats, here: Floats, far: float, courses: Floats) -> Floats:
 def _told(
     targets: Floats, here: Floats, speeds: Floats, outlook: Outlook, errors: Sequence[FixErrors]
 ) -> Floats:
-    """Return what ASVs on their way from `here` to targets (m, 2), m, tell of each AUV (k, n, 4),
-    as :func:`_hear` adds it up.
+    """Return the information on each AUV, (k, n, 4) as of :func:`_hear`, from ASVs on their way
+    from `here` to targets (m, 2), m.
     """
     heard = np.zeros((*outlook.courses.shape[:2], 4))
     heard[..., 3] = 1.0
@@ -219,8 +219,9 @@ def _told(
 def _hear(
     target: Floats, here: Floats, speed: float, outlook: Outlook, errors: FixErrors, heard: Floats
 ) -> None:
-    """Add to `heard` (k, n, 4) what an ASV on its way to a target (2,), m, tells of each AUV: xx,
-    xy, yy of p J (m^-2); the last is multiplied by the chance 1 - p that it decodes nothing.
+    """Add an ASV on its way to a target (2,), m, to `heard` (k steps, n AUVs, 4): xx, xy, yy of its
+    information p J (m^-2) on each AUV; multiply the last by 1 - p, the chance that it decodes
+    nothing.
     """
     steps, auvs = outlook.courses.shape[0], outlook.courses.shape[1]
     ahead, aside = target[0] - here[0], target[1] - here[1]

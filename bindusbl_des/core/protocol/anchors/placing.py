@@ -141,7 +141,7 @@ def anchors_of(
     room: Room,
     errors: Callable[[], list[information.FixErrors]],
 ) -> Anchors:
-    """Return the moving ASVs of a site; `errors` tells what fixes are expected to be.
+    """Return the moving ASVs of a site; `errors` returns each ASV's expected fixes of the AUVs.
 
     Raises:
         PluginError: when a user-defined placement cannot be used.
@@ -198,7 +198,12 @@ def _shipped(
 
 
 def _number(name: str, part: Any, word: str, usual: float) -> float:
-    """Return the speed or the interval of a user-defined placement, or the usual one."""
+    """Return the attribute `word`, a speed or an interval, of a user-defined placement `part`, or
+    `usual` if it has none.
+
+    Raises:
+        PluginError: when it is no number that a vessel can have.
+    """
     found = asked(PLACEMENT.key, name, getattr, part, word, usual)
     least, most = (0.001, 20.0) if word == "speed_m_per_s" else (0.1, 1e6)
     fits = isinstance(found, int | float) and not isinstance(found, bool) and least <= found <= most
