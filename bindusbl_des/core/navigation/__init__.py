@@ -45,7 +45,8 @@ serve it, on each AUV's states from the index of its first on; a single AUV is a
 **The smoother** (`smoother`) goes back over the mission once it is over, and expands all fixes
 again about the smoothed positions.
 
-**Invariants.** Truth is not reachable from here: a navigator gets fixes as delivered, and its own
-sensors.  What compiled equations need is packed once (`correcting.Known`); all beliefs of a mission
-are stored, since past estimates are asked for later.
+**Invariants.** A navigator gets fixes as delivered, and its own sensors, of the truth only what the
+AUV's pressure sensor has without error: its depth and vertical velocity (`correcting._believed`,
+`range_rates`).  What compiled equations need is packed once (`correcting.Known`); all beliefs of a
+mission are stored, since past estimates are asked for later.
 """

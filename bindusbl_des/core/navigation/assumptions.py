@@ -45,7 +45,7 @@ def assumed(setup: Sensors) -> tuple[Beliefs, Growths]:
     kinds = dict.fromkeys(setup.sensors)
     skews = {own: _skew(setup, own) for own in kinds}
     wanderings = {own: _wandering(setup, own) for own in kinds}
-    # who has no such error has those of another, but for its size
+    # an AUV without such an error has its states, too, with standard deviations of 0
     some_skew, some_wandering = (
         next((part for part in parts.values() if part.sds), NO_STATES)
         for parts in (skews, wanderings)
@@ -143,7 +143,7 @@ def common_to_all(setup: Sensors) -> Common:
         (given * sd) ** 2 / (given**2 + drawn**2) if given else 0.0
         for given, sd in zip(sensors.bias_m_per_s, _bias(setup, sensors), strict=True)
     ]
-    if others:  # of AUVs that differ nobody knows what they have in common
+    if others:  # what AUVs with different sensors have in common is unknown
         share = [0.0, 0.0]
     current = _current(setup)[0] ** 2
     if setup.scenario.navigation.velocity == "over_ground":
@@ -222,7 +222,7 @@ def _wandering(setup: Sensors, sensors: OwnSensors) -> Further:
 
 
 def _skew(setup: Sensors, sensors: OwnSensors) -> Further:
-    """Return the states that stretch and turn the way, by a scale factor and a heading error psi.
+    """Return the states that scale and rotate the path: a scale factor and a heading error psi.
 
     The heading error alone scales it by psi^2 / 2, whose RMS is sqrt(3) / 2 sd^2.
     """
@@ -244,8 +244,8 @@ def _common(setup: Sensors) -> Further:
 
 def _current(setup: Sensors) -> tuple[float, float]:
     """Return the standard deviation (m/s) per axis of the current that dead reckoning misses, and
-    its short-term variance per second (m2/s3): of a Gauss-Markov process, and of what AUVs meet on
-    their ways.
+    its short-term variance per second (m2/s3): of a Gauss-Markov process, and of the field of the
+    current along AUVs' paths.
     """
     navigation = setup.scenario.navigation
     if navigation.velocity == "over_ground" and navigation.dvl_range_m is None:

@@ -92,8 +92,8 @@ class Growth(NamedTuple):
 
 
 class Growths(NamedTuple):
-    """How the beliefs of n AUVs become less sure, as of :class:`Growth`: what differs between them,
-    (n,) or (n, k) of k states after the first six, and what does not.
+    """How the covariances of n AUVs' beliefs grow, as of :class:`Growth`: what differs between
+    them, (n,) or (n, k) of k states after the first six, and what does not.
     """
 
     walks: Floats
@@ -110,7 +110,7 @@ class Growths(NamedTuple):
 
 @inlined
 def growth_of(all_of: Growths, auv: int) -> Growth:
-    """Return how the belief of one AUV becomes less sure."""
+    """Return the growth of one AUV's belief."""
     return Growth(
         all_of.walks[auv], all_of.wander, all_of.in_body, all_of.stretched, all_of.wandering,
         all_of.sds[auv], all_of.time_constants[auv], all_of.steps[auv],
@@ -131,7 +131,7 @@ def first_belief(
 
 
 def begun_at(first: Belief, place: tuple[float, float]) -> Belief:
-    """Return the first belief of a path that begins where dead reckoning is then (m)."""
+    """Return a first belief, moved to dead reckoning that begins at `place`, x and y (m)."""
     moment = first.moment.copy()
     moment["x_m"], moment["y_m"] = place
     return first._replace(moment=moment)
@@ -153,7 +153,7 @@ def one(many: Beliefs, k: int) -> Belief:
 
 @compiled
 def write(belief: Belief, place: Belief) -> None:
-    """Copy a belief into another."""
+    """Copy a belief into another, `place`, of as many states."""
     place.moment[0] = belief.moment[0]
     for i in range(belief.state.size):
         place.state[i] = belief.state[i]
@@ -358,8 +358,8 @@ def on_circle(spread: Floats, k: int) -> tuple[float, float, float]:
 
 @compiled
 def spread_by(spread: Floats, k: int, ahead: float, aside: float, at: int = 0) -> None:
-    """Let the states k and k + 1 add R times themselves to the error, which begins `at` an index;
-    they stay the same.
+    """Update a covariance for states k and k + 1 that, rotated by (`ahead`, `aside`), add to the
+    error, which begins `at` an index; they stay the same.
     """
     for i in range(spread.shape[0]):
         spread[at, i] += ahead * spread[k, i] - aside * spread[k + 1, i]
@@ -371,7 +371,7 @@ def spread_by(spread: Floats, k: int, ahead: float, aside: float, at: int = 0) -
 
 @compiled
 def fade(spread: Floats, k: int, left: float, variance: float) -> None:
-    """Shrink a state k to the share `left` of it; add the process noise of a stationary
+    """Shrink state k of a covariance by the factor `left`; add the noise of a stationary
     `variance`.
     """
     if left == 1.0:

@@ -57,7 +57,9 @@ class Memory(NamedTuple):
 
 
 def memory_of(first: Belief, start: Beliefs) -> Memory:
-    """Return the memory of AUVs at the start."""
+    """Return the memory of AUVs that begin with the beliefs `start`, of as many states as
+    `first`.
+    """
     count = len(start.moments)
     past = np.zeros((count, REMEMBERED), dtype=PAST)
     past["before"] = np.arange(past.size).reshape(past.shape)
@@ -66,8 +68,8 @@ def memory_of(first: Belief, start: Beliefs) -> Memory:
 
 
 class FilterHistory(NamedTuple):
-    """Beliefs in the order in which they arose: of which AUV (n,), since when (n,), s, and the
-    beliefs.
+    """Beliefs in the order in which they arose: AUV (n,), since when it has it (n,), s, and
+    belief.
     """
 
     whose: Ints
@@ -90,7 +92,7 @@ class Scratch(NamedTuple):
 
 
 def scratch_for(first: Belief, common: int) -> Scratch:
-    """Return scratch for beliefs with as many states as the first, `common` of them in common."""
+    """Return scratch for beliefs like `first`, whose last `common` states are errors in common."""
     belief, ahead = [
         Belief(first.moment.copy(), first.state.copy(), first.covariance.copy()) for _ in range(2)
     ]
@@ -118,7 +120,7 @@ class Known(NamedTuple):
 
 
 @compiled
-def correct(
+def apply_fixes(
     packed: int, count: int, fixes: Rows, due: Ints, common: Floats | None, left: Floats | None,
     rates: Rates | None,
 ) -> None:  # fmt: skip
@@ -137,7 +139,7 @@ def correct(
         auv, now = fix.auv, fix.delivered_at_s
         latest, dr = one(by.memory.latest, auv), reckoned(auv, now, by.reckoning)
         was_x, was_y = error_at(dr, auv, latest, packed)
-        taken = _take_in(fixes, common, left, due[number], packed, rates)
+        taken = _insert_fix(fixes, common, left, due[number], packed, rates)
         now_x, now_y = error_at(dr, auv, latest, packed)
         moved = hypot(now_x - was_x, now_y - was_y)
         fix.correction_m = moved if taken else nan
@@ -146,9 +148,7 @@ def correct(
 
 @compiled
 def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
-    """Store an AUV's belief from an instant (s) on in a row of the history, and for its
-    autopilot.
-    """
+    """Store an AUV's belief from `now` (s) on in a row of the history, and for its autopilot."""
     by = unpacked(packed, Known)
     whose, since, beliefs = by.held
     by.corrections[auv, 0], by.corrections[auv, 1] = -belief.state[0], -belief.state[1]
@@ -159,7 +159,7 @@ def hold(packed: int, row: int, auv: int, now: float, belief: Belief) -> None:
 
 @compiled
 def error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[float, float]:
-    """Return the error (m) of dead reckoning that a belief expects at an instant."""
+    """Return the error (m) that a belief expects of an AUV's dead reckoning `dr`."""
     by = unpacked(packed, Known)
     growth = growth_of(by.growths, auv)
     if next_stop(belief, growth) < dr.time:
@@ -171,7 +171,7 @@ def error_at(dr: DeadReckoned, auv: int, belief: Belief, packed: int) -> tuple[f
 
 
 @compiled
-def _take_in(
+def _insert_fix(
     fixes: Rows, common: Floats | None, left: Floats | None, row: int, packed: int,
     rates: Rates | None,
 ) -> bool:  # fmt: skip
@@ -184,7 +184,7 @@ def _take_in(
     auv = own.auv
     growth = growth_of(by.growths, auv)
     latest, past = one(memory.latest, auv), memory.past[auv]
-    begin, end = _place(fixes, by.gnss, row, past, memory.known[auv], by.rule.gain == WEIGHED)
+    begin, end = _stored(fixes, by.gnss, row, past, memory.known[auv], by.rule.gain == WEIGHED)
     if begin < end - 1:
         write(one(memory.before, past[begin].before), latest)
     memory.known[auv] = end
@@ -222,7 +222,7 @@ def _take_in(
 @compiled
 def _off(said: Said, dr: DeadReckoned, belief: Belief, room: Scratch) -> tuple[float, float]:
     """Return the innovation (m) of a fix, as an error of dead reckoning, with the effect of the
-    last states; write its slopes H.
+    last states; write its slopes H to the scratch.
     """
     state, common, slopes = belief.state, room.common, room.slopes
     begin = state.size - common.shape[1]
@@ -274,7 +274,7 @@ def carry_team(packed: int, team: TeamBelief, time: float, alike: Growth) -> Non
 
 
 @compiled
-def take_fix(
+def apply_team_fix(
     packed: int, fixes: Rows, noise: Floats, jacobians: Floats, team: TeamBelief, a: int
 ) -> tuple[float, float, bool]:
     """Correct a belief about several AUVs at the instant of a fix (1,) of the a-th of them, in
@@ -302,10 +302,8 @@ def take_fix(
 
 
 @compiled
-def turn_on(packed: int, fixes: Rows, belief: Belief, was: Floats, now: Floats) -> None:
-    """Rotate a belief at the instant of a fix (1,) whose error (2,), m, was corrected from `was` to
-    `now`.
-    """
+def turn_at(packed: int, fixes: Rows, belief: Belief, was: Floats, now: Floats) -> None:
+    """Rotate a belief at a fix (1,) that has corrected its error (2,), m, from `was` to `now`."""
     by, fix = unpacked(packed, Known), fixes[0]
     dr = reckoned(fix.auv, fix.valid_at_s, by.reckoning)
     _turn(fix, belief.covariance, dr, (was[0], was[1]), (now[0], now[1]), packed)
@@ -402,7 +400,9 @@ def expand(
 
 @compiled
 def _believe(belief: Belief, dr: DeadReckoned, state: Floats, spread: Floats) -> None:
-    """Write a belief about an instant of dead reckoning."""
+    """Write states (k,) and a covariance (k, k) at the instant of dead reckoning `dr` to a
+    belief.
+    """
     moment = belief.moment[0]
     moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
     moment.x_m, moment.y_m = dr.x, dr.y
@@ -416,7 +416,7 @@ def expand_rates(
 ) -> None:  # fmt: skip
     """Write range rates as sights, each of the fix `owners` (m,) and of the reception `lines` (m,),
     fix by fix, about beliefs of the instants of fixes (n,), with states (n, k) and covariances (n,
-    k, k); before each fix another held `since` (n,), s: as of :func:`.range_rates.rate_sights`.
+    k, k); the fix before each holds at `since` (n,), s: as of :func:`.range_rates.rate_sights`.
     `packed` is the address of a :class:`Known`.
     """
     by, begin = unpacked(packed, Known), 0
@@ -513,10 +513,10 @@ def _without(
 
 
 @compiled
-def _place(
+def _stored(
     fixes: Rows, gnss: Rows, row: int, past: Rows, known: int, by_ping: bool
 ) -> tuple[int, int]:
-    """Insert a fix among those of an AUV; return its index, and how many there are then.
+    """Insert a fix among those that an AUV stores; return its index, and how many there are then.
 
     That is the last one, or `by_ping` where its ping belongs; a fix older than all stored is too
     late, and left out.

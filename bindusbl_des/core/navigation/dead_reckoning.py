@@ -29,7 +29,7 @@ from ..vehicles.reckoning import (
 
 
 def random_walk(rate: float, sds: Floats, noise: Floats) -> Floats:
-    """Return random walks (m) of `sds` (n,), m/sqrt(s), at the samples k / rate, in the place of
+    """Return random walks (m) of `sds` (n,), m/sqrt(s), at the samples k / rate; they overwrite
     `noise`.
 
     `noise` (n, k + 1, 2) are standard normal numbers, but the first row of each walk is where it
@@ -97,8 +97,8 @@ class DeadReckoning:
         self._packed = Packed(self.known)
 
     def follow(self, time: float, auvs: Sequence[int] | None = None) -> None:
-        """Sum up the effect of wandering biases and of the current's field up to an instant (s), of
-        AUVs whose motion is known by then: all of them, unless said.
+        """Sum up the effect of wandering biases and of the current's field up to `time` (s), for
+        `auvs` whose motion is known by then (None: all).
         """
         count = len(self.known.wrong.biases)
         whose = np.arange(count) if auvs is None else np.array(auvs, dtype=np.int64)

@@ -33,8 +33,8 @@ class Said(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """A belief: a position (m), n errors (n,), their variances (n,), and the covariance of position
-    and errors (2, n).
+    """A belief: a position (m), n errors (n,), their variances (n,), and the covariance of both (2,
+    n).
     """
 
     x: float

@@ -1,6 +1,4 @@
-"""GNSS fixes that AUVs at the surface make themselves: each at its instant, and delivered at
-once.
-"""
+"""GNSS fixes that AUVs at the surface make themselves, each at its instant; delivered at once."""
 
 from math import nan
 
@@ -41,8 +39,8 @@ class GnssReceivers:
         self._next = 1  # k of the first instant that has not been processed
 
     def among(self, fixes: Rows, due: Ints, time: float) -> Ints:
-        """Make the fixes up to an instant (s); return their numbers, -1 - k for row k, and the rows
-        `due` of other fixes, in the order of delivery.
+        """Make the GNSS fixes up to `time` (s); return their numbers, -1 - k for row k, among the
+        rows `due` of other fixes, in the order of delivery.
         """
         before = self.fixes.count
         while self._next * self.every_s <= time and self._next * self.every_s < self._end:

@@ -166,14 +166,16 @@ def across(sight: Row, x: float, y: float) -> SightGradient:
 
 @inlined
 def mixed(variance: float, inlier: float, noise: Mixture) -> float:
-    """Return the effective variance (m2) of a sight that is no outlier with a probability."""
+    """Return the effective variance (m2) of a sight that is no outlier with the probability
+    `inlier`.
+    """
     return 1.0 / (inlier / variance + (1.0 - inlier) / (variance + noise.outlier_sd**2))
 
 
 @compiled
 def inlier_of(near: float, far: float, noise: Mixture) -> tuple[float, float]:
     """Return the probability that a sight is no outlier, and the logarithm of its density, from the
-    logarithms of its densities as either kind.
+    logarithms of its densities as an inlier (`near`) and as an outlier (`far`).
     """
     if noise.share <= 0.0:
         return 1.0, near
@@ -185,9 +187,7 @@ def inlier_of(near: float, far: float, noise: Mixture) -> tuple[float, float]:
 
 @inlined
 def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tuple[float, float]:
-    """Return the NIS of two innovations (m) with a covariance (m2), and the logarithm of their
-    Gaussian density.
-    """
+    """Return the NIS of two innovations (m) with a covariance (m2), and their log density."""
     determinant = xx * yy - xy * xy
     square = (yy * first * first - 2.0 * xy * first * second + xx * second * second) / determinant
     return square, -0.5 * (square + log(determinant)) - log(2.0 * pi)
@@ -197,7 +197,9 @@ def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tu
 def _judged(
     aim: SightGradient, other: SightGradient, spread: Floats, is_fix: bool, noise: Mixture
 ) -> tuple[float, float, float, float]:
-    """Return NIS as inlier, NIS as outlier, the probability of an inlier, and log density."""
+    """Return a sight's NIS as inlier, as outlier, the probability of an inlier, and its log
+    density.
+    """
     wide = noise.outlier_sd**2
     xx = _between(aim, aim, spread) + aim.variance
     if not is_fix:
@@ -248,7 +250,7 @@ def smooth_log(
     for _ in range(MOST_LOOKS):
         nodes, values, variances = np.zeros(most, np.int64), np.zeros(most), np.zeros(most)
         linear = Sights(nodes, np.zeros((most, len(first.state))), values, variances)
-        n = look(sights, places, odometry.position, noise.mixture, linear, seen)
+        n = linearise(sights, places, odometry.position, noise.mixture, linear, seen)
         own = Sights(nodes[:n], linear.rows[:n], values[:n], variances[:n])
         found = smooth(first, odometry, own, growth)
         before, places = places, odometry.position - found.states[:, :2]
@@ -280,7 +282,7 @@ def follow(
         dr = dr_at(odometry, n)
         carry(own, dr, growth)
         while sight < sights.size and sights[sight].node == n:
-            _take(own, sights[sight], dr, noise, seen[sight], row, gain)
+            _apply_sight(own, sights[sight], dr, noise, seen[sight], row, gain)
             sight += 1
         places[n, 0], places[n, 1] = dr.x - state[0], dr.y - state[1]
         spreads[n, 0], spreads[n, 1] = covariance[0, 0], covariance[1, 1]
@@ -288,7 +290,7 @@ def follow(
 
 
 @compiled
-def _take(
+def _apply_sight(
     own: Belief, sight: Row, dr: DeadReckoned, noise: Mixture, seen: Row, row: Floats, gain: Floats
 ) -> None:
     """Correct a belief by one sight, and write its outcome."""
@@ -325,13 +327,13 @@ def _take(
 
 
 @compiled
-def look(
+def linearise(
     sights: Rows, places: Floats, position: Floats, noise: Mixture, linear: Sights, seen: Rows
 ) -> int:
     """Linearise sights (m,) at `places` (n, 2), m, with dead reckoning at `position` (n, 2), m.
 
-    Write at most 2 m sights to `linear`, and the outcomes if the positions were right to `seen`,
-    SEEN; return the number of linear sights.
+    Write at most 2 m sights to `linear`, and their outcomes, as if the positions were exact, to
+    `seen`, SEEN; return the number of linear sights.
     """
     surely, count = np.zeros((2, 2)), 0
     for k in range(sights.size):

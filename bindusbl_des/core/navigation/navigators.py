@@ -4,7 +4,7 @@ A navigator serves the whole fleet, and never gets the true position: only fixes
 delivered, and the AUVs' own sensors.  Those that ship differ in the gain by which a fix corrects
 the belief about dead reckoning (:mod:`.belief`): a fixed share of the position (eq. update), the
 Kalman gain, or none.  The answers of a user-defined one are checked.  All beliefs are stored
-(:class:`Held`), since past estimates are asked for later.
+(:class:`StoredBeliefs`), since past estimates are asked for later.
 """
 
 from collections.abc import Mapping
@@ -38,12 +38,12 @@ from .belief import (
 from .correcting import (
     FilterHistory,
     Known,
-    correct,
+    apply_fixes,
     expand,
     expand_rates,
     memory_of,
     scratch_for,
-    turn_on,
+    turn_at,
 )
 from .dead_reckoning import DeadReckoning, Odometry, dr_at
 from .fix_update import Rule, normalised_square
@@ -51,7 +51,7 @@ from .range_rates import Rates
 from .raw_receptions import Levels, raw
 
 
-class Held:
+class StoredBeliefs:
     """All beliefs of a fleet, in the order in which they arose."""
 
     def __init__(self, first: Beliefs) -> None:
@@ -87,11 +87,11 @@ class Held:
 
 @compiled
 def believed(
-    packed: int, auv: int, own: Ints, sure: bool, times: Floats, position: Floats,
+    packed: int, auv: int, own: Ints, as_covariance: bool, times: Floats, position: Floats,
     headings: Floats, out: Floats,
 ) -> None:  # fmt: skip
-    """Write the estimated positions (n, 2), m, of an AUV at rising instants (n,), s; if `sure`,
-    their covariances xx, yy, xy (n, 3), m2.
+    """Write the estimated positions (n, 2), m, of an AUV at rising instants (n,), s; or, if
+    `as_covariance`, their covariances xx, yy, xy (n, 3), m2.
 
     `packed` is the address of a :class:`.correcting.Known`, `own` (k,) are rows of the AUV's
     beliefs, the first from before all `times`; times, position and headings as in
@@ -115,7 +115,7 @@ def believed(
             for i in range(n, end):
                 dr = dr_at(odometry, i)
                 way = way_since(drift, dr, growth.in_body)
-                if not sure:
+                if not as_covariance:
                     x, y = expected_error(drift, way)
                     out[i, 0], out[i, 1] = dr.x - x, dr.y - y
                 elif is_plain:
@@ -147,7 +147,7 @@ class Navigator(Protocol):
         """Return an AUV's estimated positions (n, 2), m, at the instants of its odometry."""
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return the covariances xx, yy, xy (n, 3), m2, of these estimated positions."""
 
 
 class LinearNavigator:
@@ -186,7 +186,7 @@ class LinearNavigator:
         if growths.stretched > 0:
             for auv in range(len(corrections)):
                 start.moments[auv] = begun_at(any_of, reckoning.at(auv, 0.0)).moment[0]
-        self._held = Held(start)
+        self._held = StoredBeliefs(start)
         memory, scratch = memory_of(any_of, start), scratch_for(any_of, common.columns)
         receptions = EventBuffer(RECEPTION) if receptions is None else receptions
         #: The GNSS fixes.
@@ -200,25 +200,29 @@ class LinearNavigator:
         self.gnss.hand_on(self._known, "gnss")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Apply the fixes whose rows are due; write innovation, NIS and the change (m)."""
+        """Apply the fixes in rows `due` (k,); write innovation, NIS and the change (m) of the
+        estimate.
+        """
         self._held.make_room(len(due), self._known)
         has_common = self.common.columns > 0
         common, left = (self.common.of, self.common.left) if has_common else (None, None)
         count = self._held.count
-        correct(self._known.address, count, fixes, due, common, left, self.rates)
+        apply_fixes(self._known.address, count, fixes, due, common, left, self.rates)
         self._held.count += len(due)
 
     def expanded(
         self, fixes: Rows, noise: Floats, jacobians: Floats, states: Floats, spreads: Floats
     ) -> tuple[Floats, Floats]:
-        """Return fixes expanded about states of their instants; :func:`expand`."""
+        """Return fixes expanded about beliefs of their instants, (n, 5) and (n, 2, m), as of
+        :func:`expand`.
+        """
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
 
     def rated(self, fixes: Rows) -> tuple[Ints, Ints]:
-        """Return the receptions with range rates of fixes (n,): the index of their fix (m,), and
-        their row (m,).
+        """Return the receptions of fixes (n,) with range rates: indices of fixes (m,), and rows
+        (m,).
         """
         receptions, found = self._receptions.array, []
         for k, fix in enumerate(fixes if self.rates is not None else ()):
@@ -247,9 +251,9 @@ class LinearNavigator:
 
     def turn(self, fix: Rows, belief: Belief, was: Floats, now: Floats) -> None:
         """Rotate a belief at the instant of a fix whose error (2,), m, was corrected from `was` to
-        `now`; :func:`.correcting.turn_on`.
+        `now`; :func:`.correcting.turn_at`.
         """
-        turn_on(self._known.address, np.array([fix]).view(np.recarray), belief, was, now)
+        turn_at(self._known.address, np.array([fix]).view(np.recarray), belief, was, now)
 
     def latest(self, auv: int) -> tuple[Floats, Floats]:
         """Return an AUV's states (k,) after its last fix, and their covariance (k, k)."""
@@ -258,17 +262,17 @@ class LinearNavigator:
 
     def estimate(self, auv: int, odometry: Odometry) -> Floats:
         """Return an AUV's estimated positions (n, 2), m, at the instants of its odometry."""
-        return self._believed(auv, odometry, sure=False)
+        return self._believed(auv, odometry, as_covariance=False)
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
-        return self._believed(auv, odometry, sure=True)
+        """Return the covariances xx, yy, xy (n, 3), m2, of these estimated positions."""
+        return self._believed(auv, odometry, as_covariance=True)
 
-    def _believed(self, auv: int, odometry: Odometry, *, sure: bool) -> Floats:
-        found = np.empty((len(odometry.times), 2 + sure))
+    def _believed(self, auv: int, odometry: Odometry, *, as_covariance: bool) -> Floats:
+        found = np.empty((len(odometry.times), 2 + as_covariance))
         times, position, headings = [np.ascontiguousarray(column) for column in odometry]
         own = self._held.of(auv)
-        believed(self._known.address, auv, own, sure, times, position, headings, found)
+        believed(self._known.address, auv, own, as_covariance, times, position, headings, found)
         return found
 
 
@@ -415,7 +419,7 @@ class OwnNavigator:
         return self._checked("estimate", auv, odometry, 2)
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return the covariances xx, yy, xy (n, 3), m2, of these estimated positions."""
         found = self._checked("covariance", auv, odometry, 3)
         if (found[:, :2] < 0.0).any():
             raise PluginError(

@@ -48,7 +48,7 @@ class Rates(NamedTuple):
     share: float
 
 
-class Reckoning(NamedTuple):
+class ReckonedMotion(NamedTuple):
     """The velocity by dead reckoning (m/s) along x and y, the cosine and sine of the compass
     heading, and the time (s) over which it was measured; 0: there is none.
     """
@@ -61,28 +61,28 @@ class Reckoning(NamedTuple):
 
 
 @inlined
-def _velocity_told(auv: int, dr: DeadReckoned, since: float, reckoning: Reckoned) -> Reckoning:
-    """Return the velocity by dead reckoning; `since` (s) the fix before held."""
+def _dr_motion(auv: int, dr: DeadReckoned, since: float, reckoning: Reckoned) -> ReckonedMotion:
+    """Return the velocity by dead reckoning; the fix before holds at `since` (s)."""
     begin = max(dr.time - LONGEST_S, since, 0.0)
     lasts = dr.time - begin
     if lasts < SHORTEST_S:
-        return Reckoning(0.0, 0.0, 1.0, 0.0, 0.0)
+        return ReckonedMotion(0.0, 0.0, 1.0, 0.0, 0.0)
     was, last = reckoned(auv, begin, reckoning), reckoned(auv, dr.time - NOW_S, reckoning)
     c, s = dr.cosine - was.cosine, dr.sine - was.sine
     straight = c * c + s * s
     if straight < 0.25 * lasts * lasts:  # it turns on the spot
-        return Reckoning(0.0, 0.0, 1.0, 0.0, 0.0)
+        return ReckonedMotion(0.0, 0.0, 1.0, 0.0, 0.0)
     x, y = dr.x - was.x, dr.y - was.y
     ahead, aside = (x * c + y * s) / straight, (y * c - x * s) / straight
     c, s = dr.cosine - last.cosine, dr.sine - last.sine
     length = hypot(c, s)
     c, s = c / length, s / length
-    return Reckoning(c * ahead - s * aside, s * ahead + c * aside, c, s, lasts)
+    return ReckonedMotion(c * ahead - s * aside, s * ahead + c * aside, c, s, lasts)
 
 
-class Walked(NamedTuple):
-    """An AUV's velocity: by dead reckoning less biases, and estimated (m/s); the cosine and sine by
-    which biases rotate; and the time (s) over which it was measured.
+class EstimatedMotion(NamedTuple):
+    """An AUV's velocity: by dead reckoning less biases (wx, wy), and estimated (x, y), m/s; the
+    cosine and sine by which biases rotate; and the time (s) over which it was measured.
     """
 
     wx: float
@@ -95,11 +95,11 @@ class Walked(NamedTuple):
 
 
 @inlined
-def _believed(
+def _motion_of(
     auv: int, since: float, belief: Belief, dr: DeadReckoned, growth: Growth, reckoning: Reckoned
-) -> Walked:
-    """Return an AUV's estimated velocity; `since` (s) the fix before held."""
-    state, told = belief.state, _velocity_told(auv, dr, since, reckoning)
+) -> EstimatedMotion:
+    """Return an AUV's estimated velocity; the fix before holds at `since` (s)."""
+    state, told = belief.state, _dr_motion(auv, dr, since, reckoning)
     ahead, aside = state[2], state[3]
     if growth.wandering > 0:
         ahead, aside = ahead + state[growth.wandering], aside + state[growth.wandering + 1]
@@ -109,12 +109,12 @@ def _believed(
     if growth.stretched > 0:
         k, turn = state[growth.stretched], state[growth.stretched + 1]
         x, y = x - (k * wx - turn * wy), y - (k * wy + turn * wx)
-    return Walked(wx, wy, x, y, c, s, told.lasts)
+    return EstimatedMotion(wx, wy, x, y, c, s, told.lasts)
 
 
 @compiled
 def _look_at(
-    line: Row, fix: Row, own: Walked, belief: Belief, dr: DeadReckoned, growth: Growth,
+    line: Row, fix: Row, own: EstimatedMotion, belief: Belief, dr: DeadReckoned, growth: Growth,
     reckoning: Reckoned, rates: Rates, row: Floats,
 ) -> tuple[float, float]:  # fmt: skip
     """Write to `row` (k + 2,) the Jacobian of a range rate by the states and, last, by the walk (m)
@@ -153,9 +153,9 @@ def take_rates(
 ) -> None:  # fmt: skip
     """Correct a belief of the instant of a fix, in place, by the fix's range rates.
 
-    `receptions` are the fix's; `since` (s) the fix before it held.
+    `receptions` are the fix's; the fix before it holds at `since` (s).
     """
-    own = _believed(fix.auv, since, belief, dr, growth, reckoning)
+    own = _motion_of(fix.auv, since, belief, dr, growth, reckoning)
     if own.lasts == 0.0:
         return
     state, spread, count = belief.state, belief.covariance, belief.state.size
@@ -201,7 +201,10 @@ def rate_sights(
 
     The walk that each has in common with the error of its instant is left out.
     """
-    own, count = _believed(fix.auv, since, belief, dr, growth, reckoning), belief.state.size
+    own, count = (
+        _motion_of(fix.auv, since, belief, dr, growth, reckoning),
+        belief.state.size,
+    )
     row, common = np.empty(count + 2), np.zeros((lines.size, lines.size))
     by_walk = np.zeros((lines.size, 2))
     for i in range(lines.size):

@@ -97,7 +97,9 @@ def _note_places(told: Any, heard: Rows) -> None:
 
 
 def _covariance(line: Row, ahead: Floats, range_m2: float) -> Floats:
-    """Return the covariance (3, 3), m2, of a position `ahead` (3,), m, of a vessel."""
+    """Return the covariance (3, 3), m2, of a position at the offset `ahead` (3,), m, from a vessel,
+    whose range has the variance `range_m2`.
+    """
     reach = max(float(np.linalg.norm(ahead)), 1e-9)
     along = ahead / reach
     level = float(np.hypot(along[0], along[1]))

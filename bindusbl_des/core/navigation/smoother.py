@@ -46,7 +46,7 @@ class FixHistory(NamedTuple):
     noise: Floats
 
     def of(self, which: Ints) -> "FixHistory":
-        """Return some of them, by their indices."""
+        """Return the fixes with indices `which`."""
         return FixHistory(self.rows[which], self.common[which], self.noise[which])
 
 
@@ -107,7 +107,7 @@ class Smoother:
         return self._believed(auv, odometry).places
 
     def covariance(self, auv: int, odometry: Odometry) -> Floats:
-        """Return their variances and covariance xx, yy, xy (n, 3), m2."""
+        """Return the covariances xx, yy, xy (n, 3), m2, of these estimated positions."""
         return self._believed(auv, odometry).covariances
 
     def _believed(self, auv: int, odometry: Odometry) -> SmoothedTrack:
@@ -169,7 +169,7 @@ class Smoother:
         return fixes.of(own[np.argsort(fixes.rows["valid_at_s"][own], kind="stable")])
 
     def _groups(self, times: Floats, delivered: Floats) -> Iterator[tuple[int, int]]:
-        """Yield the begin and end of runs of instants that use the same fixes, as long as memory
+        """Yield begin and end of runs of instants that use the same fixes, as long as memory
         allows.
         """
         known = np.searchsorted(np.sort(delivered), times + self._lag, side="right")
@@ -186,8 +186,8 @@ class Smoother:
         which: NDArray[np.bool_],
         times: Floats = NO_NUMBERS,
     ) -> tuple[Odometry, Sights]:
-        """Return the odometry at some instants, of a belief, of some fixes, and at the steps in
-        between; and the sights of these fixes.
+        """Return the odometry at the instants of a belief, of the fixes in `which` (n,), at `times`
+        (s), and at the steps in between; and the sights of these fixes.
         """
         instants = np.unique(np.concatenate((begin.moment["at_s"], times, valid[which])))
         nodes = self._reckoning.sample(auv, self._stepped(auv, begin, instants))[1]

@@ -57,7 +57,7 @@ def filtered(first: Belief, odometry: Odometry, sights: Sights, growth: Growth) 
 
 @compiled
 def transition(belief: Belief, dr: DeadReckoned, growth: Growth, move: Floats) -> None:
-    """Write the Jacobian F (k, k) of :func:`.belief.carry` by the states."""
+    """Write the Jacobian F (k, k) of :func:`.belief.carry` by the states to `move`."""
     way = way_since(expected(belief, growth), dr, growth.in_body)
     move[:] = 0.0
     for k in range(belief.state.size):
@@ -74,7 +74,7 @@ def transition(belief: Belief, dr: DeadReckoned, growth: Growth, move: Floats) -
 
 @inlined
 def _drive(move: Floats, k: int, ahead: float, aside: float) -> None:
-    """Let the states k and k + 1 add R times themselves to the error."""
+    """Let the states k and k + 1, rotated by (`ahead`, `aside`), add to the error in F (k, k)."""
     move[0, k], move[0, k + 1] = ahead, -aside
     move[1, k], move[1, k + 1] = aside, ahead
 
@@ -142,19 +142,21 @@ def _smooth(
         states[n], spreads[n] = own.state, own.covariance
     later, sure = np.zeros(known), np.zeros((known, known))
     for n in range(count - 1, -1, -1):
-        _tell(states[n], spreads[n], later, sure)
+        _smooth_one(states[n], spreads[n], later, sure)
         while sight > 0 and sights.nodes[sight - 1] == n:
             sight -= 1
             if totals[sight] > 0.0:
                 row, gain = rows[sight : sight + 1], gains[sight : sight + 1]
-                _unsee(later, sure, row, gain, offs[sight], totals[sight])
+                _before_sight(later, sure, row, gain, offs[sight], totals[sight])
         _go_back(later, sure, moves[n])
     return states, spreads
 
 
 @compiled
-def _tell(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
-    """Replace a filter's state and covariance by the smoothed ones."""
+def _smooth_one(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
+    """Replace a filter's state and covariance by the smoothed ones, by the adjoint state `later`
+    (k,) and matrix `sure` (k, k).
+    """
     count = state.size
     product = np.zeros((count, count))  # P L
     for i in range(count):
@@ -170,11 +172,11 @@ def _tell(state: Floats, spread: Floats, later: Floats, sure: Floats) -> None:
 
 
 @compiled
-def _unsee(
+def _before_sight(
     later: Floats, sure: Floats, row: Floats, gain: Floats, off: float, total: float
 ) -> None:
-    """Replace the adjoint state and matrix after a sight by those before it; its row and gain (1,
-    k).
+    """Replace the adjoint state and matrix after a sight with row and gain (1, k) by those before
+    it.
     """
     weighed = 0.0
     for i in range(row.size):

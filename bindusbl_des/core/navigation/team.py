@@ -49,7 +49,7 @@ from ...support.arrays import Floats, Ints
 from ..records.rows import FIX, NONE, EventBuffer, Jacobians, Rows
 from ..vehicles.reckoning import DeadReckoned, expected_error, way_since
 from .belief import STATES, Belief, Beliefs, Growths, expected, growth_of
-from .correcting import REMEMBERED, TeamBelief, carry_team, error_at, hold, take_fix
+from .correcting import REMEMBERED, TeamBelief, apply_team_fix, carry_team, error_at, hold
 from .dead_reckoning import DeadReckoning
 from .fix_update import Noise, Rule, take
 from .navigators import LinearNavigator
@@ -206,41 +206,41 @@ class Team(LinearNavigator):
         return rows[at : at + 1]
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Apply the fixes whose rows are due; write innovation, NIS and the change (m)."""
+        """Apply the fixes in rows `due` (k,); write innovation, NIS and the change (m) of the
+        estimate.
+        """
         self.fixes = fixes
         for number in due.tolist():
             fix = self.row(number)
             auv, now = int(fix["auv"][0]), float(fix["delivered_at_s"][0])
             event = float(fix["valid_at_s"][0]), FixOf(auv, number)
-            moved, outcome = self._take(auv, now, event)
+            moved, outcome = self._insert(auv, now, event)
             fix["innovation_m"], fix["nis"] = outcome.off, outcome.nis
             fix["correction_m"] = moved if outcome.is_taken else nan
 
-    def meet(self, sight: PeerSight) -> tuple[float, Outcome]:
-        """Apply an AUV's measurement of another; return how far (m) that moved its estimate, and
-        the outcome.
+    def apply_peer(self, sight: PeerSight) -> tuple[float, Outcome]:
+        """Apply an AUV's measurement of another; return how far (m) its estimate moved, and the
+        outcome.
         """
         auv, sender, log = sight.auv, sight.sender, self._of[sight.sender].log
         begin = self._read.get((auv, sender), 0)
         self._read[auv, sender] = max(sight.told.known, begin)
-        return self._take(
+        return self._insert(
             auv, sight.heard_at_s, *log[begin : sight.told.known], (sight.valid_at_s, sight)
         )
 
-    def told(self, auv: int, time: float) -> SentBelief:
-        """Return the belief that an AUV sends to all others at an instant (s), common from then
-        on.
-        """
+    def belief_to_send(self, auv: int, time: float) -> SentBelief:
+        """Return the belief that an AUV sends to all others at `time` (s), common from then on."""
         return self._of[auv].tell(auv, time)
 
-    def _take(self, auv: int, now: float, *events: tuple[float, Event]) -> tuple[float, Outcome]:
+    def _insert(self, auv: int, now: float, *events: tuple[float, Event]) -> tuple[float, Outcome]:
         """Apply measurements, each with the instant (s) at which it holds; return how far (m) the
         estimate moved, and the outcome of the last.
         """
         joint, whose, address = self._of[auv], self._whose or [auv], self._known.address
         dr = self.dr(auv, now)
         was = error_at(dr, auv, joint.belief(auv), address)
-        outcome = joint.take(*events)
+        outcome = joint.insert(*events)
         is_now = error_at(dr, auv, joint.belief(auv), address)
         self._held.make_room(len(whose), self._known)
         for member in whose:
@@ -250,9 +250,7 @@ class Team(LinearNavigator):
 
 
 class Joint:
-    """A belief about several AUVs together, and the stored measurements, among which late ones are
-    inserted.
-    """
+    """A belief about several AUVs, and stored measurements, among which late ones are inserted."""
 
     def __init__(
         self, team: Team, members: list[int], begun: Any, *, splits: bool, depth: int
@@ -312,7 +310,7 @@ class Joint:
         spread = state.belief.covariance[at, at].copy()
         shared = state.shared[at, at].copy() if self._splits else np.zeros((2, 2))
         if self._splits:
-            self.take((time, SharedAt(auv)))
+            self.insert((time, SharedAt(auv)))
         return SentBelief(time, own, spread, shared, len(self.log) * self.team.raw)
 
     def _place_of(self, state: TeamBelief, auv: int) -> Floats:
@@ -321,7 +319,7 @@ class Joint:
         dr = self.team.dr(auv, float(moments["at_s"][0]))
         return np.array((dr.x, dr.y)) - states[self._block(self._place[auv])][:2]
 
-    def take(self, *events: tuple[float, Event]) -> Outcome:
+    def insert(self, *events: tuple[float, Event]) -> Outcome:
         """Insert measurements at their instants (s), and apply them and all later ones; one older
         than all stored is too late, and a known one is left out.  Return the outcome of the last.
         """
@@ -377,7 +375,7 @@ class Joint:
         if team.common.columns and event.number >= 0:
             jacobians, noise = team.common.of[event.number], team.common.left[event.number]
         a, address = self._place[event.auv], team._known.address
-        return Outcome(*take_fix(address, row, noise, jacobians, state, a))
+        return Outcome(*apply_team_fix(address, row, noise, jacobians, state, a))
 
     def _peer(self, state: TeamBelief, sight: PeerSight) -> Outcome:
         """Apply an AUV's measurement of another: range, bearing, or both."""
@@ -518,8 +516,8 @@ def _key(time: float, event: Event) -> tuple[str, int, int, float]:
 
 
 class Seen(NamedTuple):
-    """A number measured of a peer: its innovation, its variance, and its gradient by the offset
-    between both (2,).
+    """A number measured of a peer: its innovation, variance, and gradient (2,) by the offset
+    between both.
     """
 
     kind: str

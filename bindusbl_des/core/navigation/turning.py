@@ -108,7 +108,7 @@ def _is_beside(reception: Row, own: PingBelief) -> bool:
 
 @inlined
 def _leave_out(known: Floats, off: Floats, last: int) -> None:
-    """Eliminate the last of some unknowns from their information."""
+    """Eliminate the unknown `last` from the information (n, n) and vector (n,) of all before it."""
     for i in range(last):
         share = known[i, last] / known[last, last]
         off[i] -= share * off[last]
@@ -158,8 +158,8 @@ class Unsure(NamedTuple):
 
 @inlined
 def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
-    """Rotate the covariance of x and y; the array's position has a variance `vague` (m2) per
-    axis.
+    """Rotate the covariance of x and y; add the variance `vague` (m2) per axis of the array's
+    position.
     """
     (x, y, _), (ex, ey), (dx, dy, _) = axes.s, axes.e, axes.d
     xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]

@@ -128,7 +128,9 @@ class Peers:
         time = node.clock
         self.fleet.advance(time)
         self.deliveries.settle(time)
-        return PeerMessage(self.team.told(node.number, time), self.sensors.depth(node.number, time))
+        return PeerMessage(
+            self.team.belief_to_send(node.number, time), self.sensors.depth(node.number, time)
+        )
 
     def _listen(self, node: Node) -> Steps:
         while True:
@@ -184,7 +186,7 @@ class Peers:
             seen.bearing_sd**2, seen.steep, seen.steep_sd**2, said.depth_m - depth,
             2.0 * self.sensors.depth_sd_m**2, legs,
         )  # fmt: skip
-        moved, outcome = self.team.meet(sight)
+        moved, outcome = self.team.apply_peer(sight)
         here, there = self._true(auv, came), self._true(sender, said.told.sent_at_s)
         away = float(np.linalg.norm(here[:3] - there[:3]))
         off = seen.bearing - atan2(there[1] - here[1], there[0] - here[0])
