@@ -100,7 +100,7 @@ def between(
     time: float, auvs: Floats, asvs: Floats, reach: float, calling: bool, *named: Any
 ) -> Signals:
     """Return the signals of an instant (s) between positions of AUVs (n, 3) and ASVs (m, 3), m;
-    `named` are the last fields of :class:`Signals`.
+    further arguments are fields of :class:`Signals`, `named` its last ones.
     """
     apart = auvs[:, None] - asvs
     ranges = np.sqrt((apart * apart) @ AXES)
@@ -113,7 +113,8 @@ def heard_from(
 ) -> NDArray[np.void]:  # fmt: skip
     """Return a channel's answer about a signal that vehicle `sender` begins at an instant (s), at
     the first so many vehicles (listeners,), :data:`PROSPECT`; `around` are the positions of AUVs
-    (n, 3) and ASVs (m, 3), m, in the order of their numbers.
+    (n, 3) and ASVs (m, 3), m, in the order of their numbers; the last arguments are fields of
+    :class:`Signals`.
     """
     auvs, places = len(around[0]), np.concatenate(around)
     numbers, own = np.arange(listeners), np.array([sender])

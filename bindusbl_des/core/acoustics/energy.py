@@ -106,9 +106,7 @@ def on_hf(
 
 
 def _beside(begins: Floats, packets: Rows, hf: Hf) -> float:
-    """Return the time (s) that pings and calls from `begins` (n,), s, on and sounds of packets
-    cover.
-    """
+    """Return the time (s) covered by pings and calls from `begins` (n,), s, on and by `packets`."""
     every = np.concatenate((begins, packets["arrived_at_s"]))
     lasts, order = np.append(np.full(len(begins), hf.signal), packets["lasts_s"]), np.argsort(every)
     return together(every[order], lasts[order], hf.mission)

@@ -121,9 +121,7 @@ class Messages:
             yield Message(carried, now, size, self.modem.airtime(size), self.modem.delay(size))
 
     def payload_bytes(self, fixes: int, named: int = 0) -> int:
-        """Return the bytes of one message of `fixes` fixes that announces the slots of `named`
-        AUVs.
-        """
+        """Return the bytes of one message of `fixes` fixes and the slots of `named` AUVs."""
         assigned = named * self.assignment_bytes
         return payload_bytes(fixes, self.header_bytes, self.fix_bytes) + assigned
 
@@ -132,7 +130,7 @@ class Messages:
         return self.modem.airtime(self.payload_bytes(fixes, named))
 
     def delay(self, fixes: int, named: int = 0) -> float:
-        """Return how long (s) after its end the modem delivers one message."""
+        """Return how long (s) after its end the modem delivers one such message."""
         return self.modem.delay(self.payload_bytes(fixes, named))
 
 

@@ -52,9 +52,7 @@ def frame_channel(site: Site) -> FrameChannel | None:
 
 
 def in_shadow(channel: FrameChannel | None, slant: bool, land: Land) -> FrameChannel:
-    """Return a channel of frames (None: the disc, in `slant` or horizontal range) in a sea with
-    land.
-    """
+    """Return a channel of frames (None: the disc, slant or horizontal) in a sea with land."""
 
     @cache
     def channel_of(size_bytes: int, airtime_s: float) -> AskedChannel:

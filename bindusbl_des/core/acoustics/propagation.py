@@ -58,7 +58,7 @@ class SignalBand(NamedTuple):
 
 @compiled
 def within(here: Place, there: Place, slant: bool, reach: float) -> bool:
-    """Return whether two positions are within a reach (m), horizontally unless `slant`."""
+    """Return whether positions (x, y, z, m) are within a reach (m), horizontally unless `slant`."""
     rise = here[2] - there[2] if slant else 0.0
     return bool((here[0] - there[0]) ** 2 + (here[1] - there[1]) ** 2 + rise**2 <= reach**2)
 
@@ -249,8 +249,9 @@ def _set_arrival(line: Row, sent_at: float, straight: float, bent: float, band: 
 
 @compiled
 def arrive(packed: int, row: int, straight: float, bent: float) -> None:
-    """Write the arrival of a ping that is nearly there, now that its travel time on a straight ray
-    and how much later it arrives are known (s); `packed` as of :func:`spread_pings`.
+    """Write the arrival of a ping that is nearly there to its reception (a row): `straight` (s) is
+    its travel time on a straight ray, `bent` (s) how much later it arrives; `packed` as of
+    :func:`spread_pings`.
     """
     into = unpacked(packed, Spread)
     line, way = into.receptions[row], into.way

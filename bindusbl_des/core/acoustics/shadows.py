@@ -53,9 +53,7 @@ class Shadowed:
         return self.open_sea.audible_m
 
     def prospects(self, signals: Signals) -> Prospects:
-        """Return the answer about each signal (n, m); one that makes no sound anyway is not
-        blocked.
-        """
+        """Return the answer about each signal (n, m); what makes no sound anyway is not blocked."""
         found = self.open_sea.prospects(signals)
         reaches = (found["loss"] < 1.0) | (found["sound"] > 0.0)
         blocked = reaches & self.land.crossed(signals.auvs, signals.asvs)

@@ -100,8 +100,9 @@ class Sounds(EventBuffer):
         self, kind: int, signal: int, sender: int, time: float, lasts: float, by: Spreading,
         keys: NDArray[np.uint64], nth: int, listeners: int | None = None,
     ) -> range:  # fmt: skip
-        """Let a vehicle send a signal to the first so many of all vehicles (None: to all), except
-        itself and failed ASVs; return its sounds.
+        """Let a vehicle send a signal, of a `kind` and a number, from `time` for `lasts` (s) to the
+        first so many of all vehicles (None: to all), except itself and failed ASVs; return its
+        sounds, rows.
 
         It is the sender's `nth` signal; `keys` (listeners,) and that number draw its losses.  The
         sender hears nothing meanwhile.
@@ -133,8 +134,8 @@ class Sounds(EventBuffer):
     def heard_from(
         self, channel: AskedChannel, sender: int, time: float, listeners: int, by: Spreading
     ) -> Rows:
-        """Return a channel's answer about a signal that begins at an instant (s), at the first so
-        many of all vehicles, :data:`.propagation.PROSPECT`.
+        """Return a channel's answer about a signal that vehicle `sender` begins at `time` (s), at
+        the first so many `listeners` of all vehicles, :data:`.propagation.PROSPECT`.
         """
         auvs, asvs = (places(fleet.motion, time)[:, :3] for fleet in self.fleets)
         around = auvs, asvs
@@ -149,9 +150,7 @@ class Sounds(EventBuffer):
 
     @staticmethod
     def lose(sounds: Rows, cut: Flags, why: int) -> None:
-        """Mark as lost, for the reason `why`, those sounds (n,) in `cut` (n,) that would be
-        decoded.
-        """
+        """Mark as lost, for the reason `why`, sounds (n,) in `cut` (n,) that would be decoded."""
         cut = cut & (sounds["outcome"] == IN_FLIGHT)
         sounds["outcome"][cut], sounds["why"][cut] = LOST, why
 
@@ -166,7 +165,7 @@ class Sounds(EventBuffer):
         return time
 
     def expected_end(self, row: int, now: float) -> float:
-        """Return when (s) a sound is over, or an earlier instant at which to look again."""
+        """Return when (s) a sound (a row) is over, or an earlier instant at which to look again."""
         sound, known = self.array[row], inf
         if not all(fleet.foreseen for fleet in self.fleets):
             here, there = (self._place(int(sound[whose]), now) for whose in ("sender", "listener"))
@@ -233,11 +232,11 @@ def spread_signal(
     deaf: NDArray[np.bool_], slant: bool, reach: float, loss: LossTerms, prospects: Rows,
     keys: NDArray[np.uint64], nth: int,
 ) -> int:  # fmt: skip
-    """Write the sounds of a signal from a row on, at all vehicles that are not `deaf` (n,); return
-    the row after the last.
+    """Write the sounds of a signal, of a `kind` and a number, from a row on, at all vehicles that
+    are not `deaf` (n,); return the row after the last.
 
     `keys` (n,) and `nth`, the number of the signal among its sender's, draw the loss at each.
-    `prospects` (n,) are the channel's answer, empty on the disc.
+    `prospects` (n,) are the channel's answer, empty on the disc (`slant`, `reach`, `loss`).
     """
     sea = unpacked(packed, Sea)
     strengths, lates, here = np.full(deaf.size, nan), np.zeros(deaf.size), place_of(
@@ -283,7 +282,7 @@ def outcome_of(
     packed: int, row: int, time: float, known: float, count: int, receptions: Rows, pings: Rows,
     ping_s: float, auvs: int, capture: float,
 ) -> tuple[int, int, int]:  # fmt: skip
-    """Return :func:`signal_outcome` of a sound among the first `count` of a packed sea."""
+    """Return :func:`signal_outcome` of a sound (a row) among the first `count` of a packed sea."""
     sea = unpacked(packed, Sea)
     solve(sea.sounds[row], known, sea)
     return signal_outcome(

@@ -90,9 +90,10 @@ def emit(
     sea: Sea, row: int, kind: int, signal: int, sender: int, time: float, lasts: float,
     strengths: Floats, lates: Floats,
 ) -> int:  # fmt: skip
-    """Let a vehicle send a signal at an instant (s), for `lasts` (s): write a sound, from `row` on,
-    for each vehicle whose number in `strengths` (vehicles,) is not NaN; it arrives `lates`
-    (vehicles,), s, later than on a straight ray.  Return the row after the last.
+    """Let vehicle `sender` send a signal, of a `kind` and a number, at an instant (s) for `lasts`
+    (s): write a sound, from `row` on, for each vehicle whose number in `strengths` (vehicles,) is
+    not NaN; it arrives `lates` (vehicles,), s, later than on a straight ray.  Return the row after
+    the last.
     """
     longest, here = sea.sounds[row - 1].longest_s if row else 0.0, place_of(sender, time, sea)
     for listener in range(len(strengths)):
@@ -198,7 +199,7 @@ def _meanwhile(
     row: int, sounds: Rows, listener: int, begins: float, ends: float, echoes: Rows | None,
     sea: Sea | None, known: float,
 ) -> float:  # fmt: skip
-    """Return the strength of a sound and its echoes at a listener between two instants (s)."""
+    """Return the strength of a sound (a row) and its echoes at a listener in an interval (s)."""
     sound, strength = sounds[row], 0.0
     if sound.listener == listener:
         if sea is not None:
@@ -218,8 +219,8 @@ def _meanwhile(
 def heard_meanwhile(
     packed: int, count: int, listener: int, since: float, time: float, known: float
 ) -> Floats:
-    """Return the intervals (n, 2), s, of all sounds at a listener between `since` and `time` (s),
-    which is now, in the order in which they begin.
+    """Return the intervals (n, 2), s, of all sounds at a listener between `since` and now, `time`
+    (s), in the order in which they begin.
 
     `packed` is the address of a :class:`Sea` with `count` sounds; `known` as of :func:`solve`.  A
     sound that begins as another ends counts; a signal that begins at this very instant is not known

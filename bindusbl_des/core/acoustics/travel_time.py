@@ -89,7 +89,7 @@ def travel_time_by(
 def _met(
     source: Place, motion: Motion, vehicle: int, sent_at: float, sound_speed: float, known: float
 ) -> float:
-    """Return the travel time (s) to a vehicle that rests from the instant `known` (s) on."""
+    """Return :func:`travel_time_to` (s) for a vehicle that rests from `known` (s) on."""
     settled = SETTLED + LAST_DIGIT * sent_at
     delay = 0.0
     for _ in range(MOST_STEPS):

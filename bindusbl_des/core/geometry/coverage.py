@@ -271,7 +271,7 @@ def _heard_by(
     rings: Sequence[tuple[float, float]],
     land: Land | None = None,
 ) -> NDArray[np.intp]:
-    """Return how many ASVs hear each point (..., 2), m, in a ring of distances (m), (...)."""
+    """Return for each point (..., 2), m, how many ASVs have it in one of their rings (m), (...)."""
     array = np.asarray(points, dtype=np.float64)
     if array.ndim < 1 or array.shape[-1] != 2:
         raise ValueError(

@@ -223,7 +223,9 @@ def farthest_first(points: Floats, count: int, first: int) -> Numbers:
 
 
 def _improved(points: Floats, chosen: Numbers) -> Floats:
-    """Return centres (k, 2), m: chosen points, moved to the middle of their nearest points."""
+    """Return centres (k, 2), m: at first the points `chosen` (indices), each moved to the middle of
+    the points that are nearest to it until none changes.
+    """
     centres, before = points[chosen], None
     for _ in range(ROUNDS):
         nearest = distances(points, centres).argmin(axis=1)
@@ -299,7 +301,9 @@ def _within(middles: Floats, points: Floats, reach: float) -> Flags:
 
 
 def _middles(points: Floats, reach: float) -> Floats:
-    """Return the centres (c, 2), m, of all candidate circles."""
+    """Return the centres (c, 2), m, of candidate circles of radius `reach` (m) for points (n,
+    2).
+    """
     if len(points) > MOST_PAIRED:
         low, high = points.min(axis=0), points.max(axis=0)
         coarse = np.prod(high - low) * len(points) / MOST_PAIRS, np.max(high - low) / MOST_PLACES
@@ -318,7 +322,7 @@ def _middles(points: Floats, reach: float) -> Floats:
 
 
 def _greedy(within: Flags, value: Floats, count: int, first: int) -> list[int]:
-    """Return `count` circles (indices): `first`, then each that adds most uncovered value."""
+    """Return `count` circles (rows of `within`): `first`, then each that adds most value."""
     chosen, left = [first], value.copy()
     while len(chosen) < count:
         left[within[chosen[-1]]] = 0.0
@@ -327,7 +331,7 @@ def _greedy(within: Flags, value: Floats, count: int, first: int) -> list[int]:
 
 
 def _exchanged(chosen: list[int], within: Flags, value: Floats) -> list[int]:
-    """Exchange circles while the covered value grows; return their indices."""
+    """Exchange `chosen` circles (rows of `within`) while the covered value grows; return them."""
     better = True
     while better:
         better = False
@@ -342,7 +346,9 @@ def _exchanged(chosen: list[int], within: Flags, value: Floats) -> list[int]:
 
 
 def _settled(points: Floats, within: Flags, reach: float) -> Cover:
-    """Return vessels amid their points; the first circle (k, n) with a point owns it."""
+    """Return vessels, each in the middle of the points that belong to it: the first circle of
+    `within` (k, n) that holds a point has it.
+    """
     own = within & ~np.vstack((np.zeros_like(within[:1]), np.logical_or.accumulate(within)[:-1]))
     middles = np.array([enclosing_circle(points[held])[:2] for held in own if held.any()])
     while len(middles) < len(within):

@@ -82,7 +82,7 @@ def _poses(points: Sequence[Point], radius: float) -> list[Pose]:
 
 
 def corner_poses(points: Sequence[Point], radius: float) -> list[Pose]:
-    """Return the poses of :func:`_poses` but the first and the last."""
+    """Return the poses at which a vehicle may pass along legs between points (m), without ends."""
     return _poses(points, radius)[1:-1]
 
 

@@ -1,6 +1,4 @@
-"""The stations of ASVs: a regular polygon about the middle of the survey, and the paper's
-bounds.
-"""
+"""The stations of ASVs: a regular polygon about the survey's middle, and the paper's bounds."""
 
 import math
 
@@ -15,7 +13,8 @@ KEPT = 0.1
 
 
 def keep_station(ways: ArrayLike, reach: float) -> bool:
-    """Tell whether vessels on tracks (m, k, 2), m, stay within `KEPT` of `reach` (m) of the start.
+    """Tell whether vessels on tracks (m, k, 2), m, stay within the share KEPT of `reach` (m) of the
+    start.
 
     >>> keep_station([[(0.0, 0.0), (3.0, 4.0)]], 60.0), keep_station([[(0.0, 0.0), (3.0, 4.0)]], 40)
     (True, False)

@@ -217,7 +217,7 @@ def minutes_text(lat_deg: float, lon_deg: float) -> str:
 
 
 def _on_ellipsoid(lat_deg: ArrayLike, lon_deg: ArrayLike) -> tuple[Floats, Floats]:
-    """Return Earth-centred positions (..., 3), m, on the ellipsoid and unit vectors up (..., 3)."""
+    """Return Earth-centred positions (..., 3), m, on the ellipsoid, and unit vectors up."""
     lat, lon = np.radians(np.asarray(lat_deg)), np.radians(np.asarray(lon_deg))
     up = np.stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)), axis=-1)
     normal = SEMI_MAJOR / np.sqrt(1 - ECCENTRICITY_SQUARED * np.sin(lat) ** 2)

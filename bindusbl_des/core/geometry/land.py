@@ -138,7 +138,8 @@ class Land:
         return float(ways.min()), float(ways.max())
 
     def along(self, places: Floats) -> tuple[float, float]:
-        """Return the length (m) of a line over land, and the distance (m) along it to there.
+        """Return the length (m) of a line over land, and the distance (m) along it to where land
+        begins.
 
         The line leads through `places` (n, 2), in m.  Both are 0 for a line over water.
         """

@@ -183,7 +183,7 @@ def _lanes(
 
 
 def _room(area: Area) -> "shapely.Geometry":
-    """Return a box around an area, minus the closed polygons."""
+    """Return a box around an area, minus its closed polygons: where lanes may lie."""
     import shapely
 
     around, wide = bounds(area.outline), area.across
@@ -196,9 +196,9 @@ def _room(area: Area) -> "shapely.Geometry":
 def _afloat(
     room: "shapely.Geometry", y: float, span: tuple[float, float], margin: float
 ) -> list[Lane]:
-    """Return the parts of a lane along y (m), over an x interval (m), that lie in a room.
+    """Return the parts of a lane along y (m), over an x interval (m), inside the region `room`.
 
-    Each part ends `margin` (m) before an edge of the room.
+    Each part ends `margin` (m) before an edge of the region.
     """
     import shapely
 

@@ -1,6 +1,4 @@
-"""Paths of straight lines and arcs, indexed by the distance travelled, and shortest (Dubins)
-paths.
-"""
+"""Paths of straight lines and arcs by the distance travelled, and shortest (Dubins) paths."""
 
 import math
 from bisect import bisect_right
@@ -132,7 +130,7 @@ class Path:
         return bounds([(place.x, place.y) for place in places])
 
     def at(self, distance: float) -> Pose:
-        """Return the pose after `distance` (m); beyond the end the last, or that of a next lap."""
+        """Return the pose after `distance` (m); beyond the end the end's, or the next lap's."""
         if not self.segments:
             return self.start
         if distance >= self.length:

@@ -117,7 +117,10 @@ def _collapsed(
     step: float,
     goes_on: Callable[[float], bool],
 ) -> tuple[Floats, float]:
-    """Shrink a simplex about a minimum while `goes_on(size)`; return its best corner and value."""
+    """Shrink a simplex about a minimum while `goes_on(size)`; return its best corner and value.
+
+    It begins at `start` (n,), where `ask` is `least`, with edges of `step`.
+    """
     size = len(start)
     expand, contract, shrink = 1 + 2 / size, 0.75 - 0.5 / size, 1 - 1 / size
     if size == 1:

@@ -86,7 +86,9 @@ def _overlap(one: Lane, other: Lane) -> bool:
 
 
 def _legs(groups: Sequence[Sequence[Lane]], skip: int, begin: Point | None) -> list[Leg]:
-    """Return the lanes of all groups in the order flown; the nearest group left comes next."""
+    """Return the lanes of all groups in the order flown, from `begin` (m) on: the nearest group
+    left comes next.  Turns within a group are `skip` lanes wide.
+    """
     left, legs, here = list(groups), list[Leg](), begin
     while left:
         options = [

@@ -141,7 +141,9 @@ def ended(path: Path, place: Point, radius: float) -> Path:
 
 
 def there_and_back(path: Path, box: Box, radius: float, join_angle: float) -> Path:
-    """Return the endless tour along a path and back; it joins each way at `join_angle` (rad)."""
+    """Return the endless tour along a path and back; after each end it joins the line at
+    `join_angle` (rad).
+    """
     back, _ = turned_onto(path.end, path.reversed(), box, radius, join_angle)
     there = (*path.segments, *back)
     home = Path(path.start, there).end
@@ -219,8 +221,8 @@ def waypoint_poses(points: Sequence[Point]) -> list[Pose]:
 
 
 class Surfacing(NamedTuple):
-    """How an AUV surfaces: every so much of its path (m), in circles of a radius (m), from a depth
-    (m), at a pitch angle (rad), with a least length (m) at the surface.
+    """How an AUV surfaces: after each `every` (m) of its path, in circles of a radius (m), from a
+    depth (m), at a pitch angle (rad), with a least length (m) at the surface, `stay`.
     """
 
     every: float

@@ -43,17 +43,17 @@ BEYOND = 2.5
 
 
 class Water:
-    """The rooms in which a vehicle of a turning radius (m) may go, the preferred first.
+    """The regions of water in which a vehicle of a turning radius (m) may go, the preferred first.
 
-    The last room, `sea`, holds all the water.  Planners use the first room in which a path exists.
+    The last, `sea`, holds all the water.  Planners use the first region in which a path exists.
     """
 
     def __init__(self, rooms: Sequence[shapely.Geometry], radius: float) -> None:
-        self.radius, self.rooms = radius, [Room(room, radius) for room in rooms]
+        self.radius, self.rooms = radius, [WaterRegion(room, radius) for room in rooms]
         self.sea = self.rooms[-1]
 
 
-class Room:
+class WaterRegion:
     """A region of water (shapely) in which a vehicle of a turning radius (m) is to stay."""
 
     def __init__(self, room: shapely.Geometry, radius: float) -> None:
@@ -62,22 +62,22 @@ class Room:
         shapely.prepare(self._open)
 
     def afloat(self, place: Point) -> bool:
-        """Tell whether a position (m) is in the room."""
+        """Tell whether a position (m) is in the region."""
         return bool(shapely.covers(self._open, shapely.Point(place)))
 
     def holds(self, path: Path) -> bool:
-        """Tell whether a path stays in the room."""
+        """Tell whether a path stays in the region."""
         return bool(shapely.covers(self._open, shapely.LineString(path.line())))
 
     def curve(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
-        """Return the shortest Dubins curve between poses that stays in the room, or None."""
+        """Return the shortest Dubins curve between poses that stays in the region, or None."""
         for curve in dubins_curves(start, end, self.radius):
             if self.holds(Path(start, curve)):
                 return curve
         return None
 
     def joined(self, start: Pose, end: Pose) -> tuple[Segment, ...] | None:
-        """Return the shortest curve in the room between poses, direct or round land, or None."""
+        """Return the shortest curve in the region between poses, direct or round land, or None."""
         direct = self.curve(start, end)
         straight = math.hypot(end.x - start.x, end.y - start.y)
         if direct is not None and length_of(direct) < straight + 2.0 * math.pi * self.radius:
@@ -121,7 +121,7 @@ class Room:
         return {}
 
     def _graph(self, off: float) -> "tuple[shapely.Geometry, np.ndarray, nx.Graph[int]]":
-        """Return the room `off` (m) off land, its corners (n, 2), m, and their visibility graph.
+        """Return the region `off` (m) off land, its corners (n, 2), m, and their visibility graph.
 
         An edge joins two corners with a clear line between them; its weight is its length (m).
         """
@@ -147,7 +147,7 @@ class Room:
 
 
 def _corners(room: shapely.Geometry) -> "np.ndarray":
-    """Return the corners (n, 2), m, of a room at which detours may turn: convex corners of land."""
+    """Return a region's corners (n, 2), m, at which detours may turn: convex corners of land."""
     found = [np.empty((0, 2))]
     for part in shapely.get_parts(room):
         if part.is_empty:

@@ -17,6 +17,9 @@ Further states exist where a scenario asks for them; their number is known at ru
 * a velocity bias that wanders, a first-order Gauss-Markov process beside the constant b;
 * last, errors that several fixes have in common; they affect fixes, and nothing else.
 
+In the functions below, `spread` is a covariance of all states (k, k); where it is of several AUVs,
+the states of one begin `at` an index.
+
 Source of the equations of a Gauss-Markov process: R. G. Brown, P. Y. C. Hwang, Introduction to
 Random Signals and Applied Kalman Filtering, 4th ed., 2012, sec. 4.2.
 """
@@ -200,7 +203,9 @@ def carry(belief: Belief, dr: DeadReckoned, growth: Growth, at: int = 0) -> Reck
 
 @inlined
 def kept(passed: float, lasts: float) -> float:
-    """Return the share of a Gauss-Markov process with a time constant (s) left after a time (s)."""
+    """Return the share left of a Gauss-Markov process of time constant `lasts` (s) after a time
+    (s).
+    """
     return 1.0 if lasts == inf else exp(-max(passed, 0.0) / lasts)
 
 
@@ -244,8 +249,8 @@ def grow(spread: Floats, way: ReckonedPath, growth: Growth, at: int = 0) -> None
 def wander(
     spread: Floats, i: int, k: int, passed: float, walk: float, rate: float, sign: float
 ) -> None:
-    """Add the noise of random walks over a time (s) to a position, state i, and to a velocity,
-    state k, which moves it with a `sign`: `walk` and `rate` are variances per second.
+    """Add the noise of random walks over a time (s) to a covariance: of a position, state i, and of
+    a velocity, state k, which moves it with a `sign`; `walk` and `rate` are variances per second.
     """
     spread[i, i] += walk * passed + rate * passed**3 / 3.0
     spread[i, k] += sign * rate * passed**2 / 2.0
@@ -371,9 +376,7 @@ def spread_by(spread: Floats, k: int, ahead: float, aside: float, at: int = 0) -
 
 @compiled
 def fade(spread: Floats, k: int, left: float, variance: float) -> None:
-    """Shrink state k of a covariance by the factor `left`; add the noise of a stationary
-    `variance`.
-    """
+    """Shrink state k of a covariance by the factor `left`; add noise that keeps its `variance`."""
     if left == 1.0:
         return
     for i in range(len(spread)):
@@ -388,8 +391,8 @@ def roam(
     spread: Floats, k: int, line: tuple[float, float], passed: float, lasts: float,
     variance: float, at: int = 0,
 ) -> None:  # fmt: skip
-    """Add the noise of a wandering bias, states k and k + 1, over a time (s) to the error, which
-    begins `at` an index.
+    """Add the noise of a wandering bias, states k and k + 1 of a stationary `variance` and time
+    constant `lasts` (s), over a time (s) to a covariance whose error begins `at` an index.
 
     `line` are the means of cosine and sine of the heading, which is taken as constant.
     """

@@ -47,7 +47,7 @@ PAST = np.dtype([("fix", "i8"), ("before", "i8")])
 
 class Memory(NamedTuple):
     """What each of n AUVs stores: its latest belief, and its last `known` (n,) fixes, `past` (n,
-    REMEMBERED), PAST, in the order in which they were applied, with the beliefs `before` them.
+    REMEMBERED), PAST, in the order in which they were applied; `before` has the belief before each.
     """
 
     latest: Beliefs
@@ -57,9 +57,7 @@ class Memory(NamedTuple):
 
 
 def memory_of(first: Belief, start: Beliefs) -> Memory:
-    """Return the memory of AUVs that begin with the beliefs `start`, of as many states as
-    `first`.
-    """
+    """Return the memory of AUVs that begin with beliefs `start`, of as many states as `first`."""
     count = len(start.moments)
     past = np.zeros((count, REMEMBERED), dtype=PAST)
     past["before"] = np.arange(past.size).reshape(past.shape)
@@ -68,9 +66,7 @@ def memory_of(first: Belief, start: Beliefs) -> Memory:
 
 
 class FilterHistory(NamedTuple):
-    """Beliefs in the order in which they arose: AUV (n,), since when it has it (n,), s, and
-    belief.
-    """
+    """Beliefs in the order in which they arose: AUV (n,), since when (n,), s, and belief."""
 
     whose: Ints
     since: Floats
@@ -78,9 +74,9 @@ class FilterHistory(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Scratch arrays: two beliefs of k states, at one instant and further `ahead`; a gain K^T (2,
-    k), and the slopes H (2, k) of a fix; its Jacobian by the last m states, `common` (2, m).
-    `alone` (2, 4 m + 2) are zeros: the Jacobians of a GNSS fix.
+    """Scratch arrays: two beliefs of k states, `belief` and `ahead`; a gain K^T (2, k), and the
+    slopes H (2, k) of a fix; its Jacobian by the last m states, `common` (2, m).  `alone` (2, 4 m +
+    2) are zeros: the Jacobians of a GNSS fix.
     """
 
     belief: Belief
@@ -175,9 +171,10 @@ def _insert_fix(
     fixes: Rows, common: Floats | None, left: Floats | None, row: int, packed: int,
     rates: Rates | None,
 ) -> bool:  # fmt: skip
-    """Insert a fix among those of its AUV, and apply it and those after it.
+    """Insert a fix, by its number `row`, among those of its AUV, and apply it and those after it.
 
-    Write its innovation and NIS; return whether the gate let it pass.
+    Write its innovation and NIS; return whether the gate let it pass.  Other arguments as of
+    :func:`apply_fixes`.
     """
     by = unpacked(packed, Known)
     own, memory = fix_numbered(fixes, by.gnss, row), by.memory
@@ -353,8 +350,8 @@ def _only_hearer(fix: Row, receptions: Rows) -> int:
 def _expanded(
     fix: Row, said: Said, jacobians: Floats, belief: Belief, dr: DeadReckoned, packed: int
 ) -> Said:
-    """Return a fix expanded about an AUV's belief of its instant; write it to the fix's row, and to
-    scratch its Jacobian by the last states, from its `jacobians`.
+    """Return a fix expanded about an AUV's belief of its instant, by its `jacobians`; write it to
+    the fix's row, and its Jacobian by the last states to the scratch.
     """
     by, at, polar, unsure = unpacked(packed, Known), (fix.x_m, fix.y_m), False, 0.0
     common, has_common = by.scratch.common, by.scratch.common.shape[1] > 0
@@ -400,9 +397,7 @@ def expand(
 
 @compiled
 def _believe(belief: Belief, dr: DeadReckoned, state: Floats, spread: Floats) -> None:
-    """Write states (k,) and a covariance (k, k) at the instant of dead reckoning `dr` to a
-    belief.
-    """
+    """Write states (k,) and a covariance (k, k) at the instant of `dr` to a belief."""
     moment = belief.moment[0]
     moment.at_s, moment.cosine_s, moment.sine_s = dr.time, dr.cosine, dr.sine
     moment.x_m, moment.y_m = dr.x, dr.y
@@ -475,7 +470,9 @@ def _moved(fix: Said, jacobians: Floats, own: PingBelief) -> Said:
 
 @compiled
 def _by_itself(fix: Row, left: Floats | None, row: int) -> Said:
-    """Return a fix as it is in its table, not expanded about a belief."""
+    """Return a fix (number `row`) as it is in its table, not expanded about a belief; `left` as of
+    :func:`apply_fixes`.
+    """
     if left is not None and row >= 0:
         return Said(fix.x_m, fix.y_m, (left[row, 0], left[row, 1], left[row, 2]))
     return Said(fix.x_m, fix.y_m, (fix.sd_x_m**2, fix.sd_y_m**2, fix.cov_xy_m2))
@@ -516,7 +513,8 @@ def _without(
 def _stored(
     fixes: Rows, gnss: Rows, row: int, past: Rows, known: int, by_ping: bool
 ) -> tuple[int, int]:
-    """Insert a fix among those that an AUV stores; return its index, and how many there are then.
+    """Insert a fix, by its number `row`, among the `known` that an AUV stores, `past`
+    (REMEMBERED,), PAST; return its index, and how many there are then.
 
     That is the last one, or `by_ping` where its ping belongs; a fix older than all stored is too
     late, and left out.

@@ -153,9 +153,8 @@ def reckoned(auv: int, time: float, known: Reckoned) -> DeadReckoned:
 def _reckoned_all(
     packed: int, auv: int, times: Floats, lines: Floats, position: Floats, headings: Floats
 ) -> None:
-    """Write dead reckoning (n, 2) and headings (n, 2) along a motion (:class:`VehicleTrack`).
-
-    `packed` is the address of a :class:`Reckoned`.
+    """Write dead reckoning `position` (n, 2), m, and headings (n, 2), s, at `times` (n,), s, along
+    a motion; `lines` as of :class:`VehicleTrack`, `packed` the address of a :class:`Reckoned`.
     """
     wrong = unpacked(packed, Reckoned).wrong
     for k in range(times.size):

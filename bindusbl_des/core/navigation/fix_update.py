@@ -33,8 +33,8 @@ class Said(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """A belief: a position (m), n errors (n,), their variances (n,), and the covariance of both (2,
-    n).
+    """A belief: a position (m), n errors (n,), their variances (n,), and its covariances with
+    these, (2, n).
     """
 
     x: float
@@ -48,8 +48,9 @@ class Expected(NamedTuple):
 def at_place(
     at: tuple[float, float], jacobians: Floats, x: float, y: float, spread: Floats, common: Floats
 ) -> float:
-    """Write J at a position (m) to `common` (2, n), m per unit, `jacobians` as of :func:`said_of`;
-    return the variance (m2) that the last n states, by the covariance `spread`, add to a fix.
+    """Write J, extrapolated from `at` to the position x, y (m), to `common` (2, n), m per unit;
+    `jacobians` as of :func:`said_of`.  Return the variance (m2) that the last n states, by the
+    covariance `spread` of all, add to a fix.
     """
     n, unsure = common.shape[1], 0.0
     begin = len(spread) - n
@@ -109,7 +110,7 @@ def said_of(
 
 @compiled
 def _turned(spread: Floats, by: Floats) -> Noise:
-    """Return A P A^T as xx, yy, xy, for a covariance P (2, 2) and A (2, 2)."""
+    """Return A P A^T as xx, yy, xy, for a covariance `spread` P (2, 2) and `by` A (2, 2)."""
     out = np.zeros((2, 2))
     for i in range(2):
         for j in range(2):
@@ -174,7 +175,7 @@ class Rule(NamedTuple):
 
 @compiled
 def write_seen(seen: Floats, slopes: Floats, spread: Floats) -> None:
-    """Write H P (m, k) for slopes H (m, k) and a covariance P (k, k)."""
+    """Write H P to `seen` (m, k), for slopes H (m, k) and a covariance `spread` P (k, k)."""
     seen[:] = 0.0
     for n in range(len(slopes)):
         for j in range(len(spread)):
@@ -237,8 +238,8 @@ def doubted(excess: float, believed: float, offset: float) -> float:
 
 @compiled
 def write_gain(gain: Floats, spread: Floats, slopes: Floats, noise: Noise, fixed: float) -> Noise:
-    """Write K^T for one or two numbers: the Kalman gain if `fixed` is WEIGHED and the covariance is
-    not singular, else that share of the position, or 0.
+    """Write K^T for one or two numbers with slopes H (1 or 2, k) and noise R: the Kalman gain if
+    `fixed` is WEIGHED and the covariance P is not singular, else that share of the position, or 0.
 
     Return the innovation's covariance H P H^T + R; for one number as if it were two independent
     ones.

@@ -148,7 +148,7 @@ class SightGradient(NamedTuple):
 
 @inlined
 def aimed(sight: Row, x: float, y: float, sd: float) -> SightGradient:
-    """Return a sight linearised at a vehicle's estimated position (m)."""
+    """Return a sight linearised at a vehicle's estimated position x, y (m); `sd` (m) of a range."""
     if np.isnan(sight.range_m):  # a fix behind the estimate means an error ahead
         off = (x - sight.x_m) * sight.axis_x + (y - sight.y_m) * sight.axis_y
         return SightGradient(sight.axis_x, sight.axis_y, off, sight.along_m2)
@@ -159,16 +159,14 @@ def aimed(sight: Row, x: float, y: float, sd: float) -> SightGradient:
 
 @inlined
 def across(sight: Row, x: float, y: float) -> SightGradient:
-    """Return a fix linearised along its second axis."""
+    """Return a fix linearised at x, y (m) along its second axis."""
     off = (y - sight.y_m) * sight.axis_x - (x - sight.x_m) * sight.axis_y
     return SightGradient(-sight.axis_y, sight.axis_x, off, sight.across_m2)
 
 
 @inlined
 def mixed(variance: float, inlier: float, noise: Mixture) -> float:
-    """Return the effective variance (m2) of a sight that is no outlier with the probability
-    `inlier`.
-    """
+    """Return the effective variance (m2) of a sight that is an inlier with a probability."""
     return 1.0 / (inlier / variance + (1.0 - inlier) / (variance + noise.outlier_sd**2))
 
 
@@ -197,7 +195,7 @@ def _density(first: float, second: float, xx: float, yy: float, xy: float) -> tu
 def _judged(
     aim: SightGradient, other: SightGradient, spread: Floats, is_fix: bool, noise: Mixture
 ) -> tuple[float, float, float, float]:
-    """Return a sight's NIS as inlier, as outlier, the probability of an inlier, and its log
+    """Return a sight's NIS as inlier and as outlier, its probability of an inlier, and log
     density.
     """
     wide = noise.outlier_sd**2
@@ -293,7 +291,7 @@ def follow(
 def _apply_sight(
     own: Belief, sight: Row, dr: DeadReckoned, noise: Mixture, seen: Row, row: Floats, gain: Floats
 ) -> None:
-    """Correct a belief by one sight, and write its outcome."""
+    """Correct a belief by one sight, and write its outcome; `row` and `gain` (1, k) are scratch."""
     is_fix = np.isnan(sight.range_m)
     x, y = dr.x - own.state[0], dr.y - own.state[1]
     aim, other = aimed(sight, x, y, noise.sd), across(sight, x, y)

@@ -200,9 +200,7 @@ class LinearNavigator:
         self.gnss.hand_on(self._known, "gnss")
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Apply the fixes in rows `due` (k,); write innovation, NIS and the change (m) of the
-        estimate.
-        """
+        """Apply the fixes in rows `due` (k,); write innovation, NIS and correction (m)."""
         self._held.make_room(len(due), self._known)
         has_common = self.common.columns > 0
         common, left = (self.common.of, self.common.left) if has_common else (None, None)
@@ -213,17 +211,15 @@ class LinearNavigator:
     def expanded(
         self, fixes: Rows, noise: Floats, jacobians: Floats, states: Floats, spreads: Floats
     ) -> tuple[Floats, Floats]:
-        """Return fixes expanded about beliefs of their instants, (n, 5) and (n, 2, m), as of
-        :func:`expand`.
+        """Return fixes expanded about beliefs of their instants, (n, 5) and (n, 2, m); see
+        :func:`expand` for these and for the arguments.
         """
         said, common = np.empty((len(fixes), 5)), np.empty((len(fixes), 2, self.common.columns))
         expand(self._known.address, fixes, noise, jacobians, states, spreads, said, common)
         return said, common
 
     def rated(self, fixes: Rows) -> tuple[Ints, Ints]:
-        """Return the receptions of fixes (n,) with range rates: indices of fixes (m,), and rows
-        (m,).
-        """
+        """Return the receptions of fixes (n,) with range rates: index of fix (m,), and row (m,)."""
         receptions, found = self._receptions.array, []
         for k, fix in enumerate(fixes if self.rates is not None else ()):
             rows = np.arange(fix["first"], fix["end"] if fix["first"] != NONE else NONE)
@@ -237,7 +233,7 @@ class LinearNavigator:
         self, fixes: Rows, since: Floats, which: tuple[Ints, Ints], states: Floats, spreads: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Return range rates, `which` as of :meth:`rated`, as sights: rows (m, k), values (m,) and
-        variances (m,); :func:`expand_rates`.
+        variances (m,); other arguments as of :func:`expand_rates`.
         """
         owners, lines = which
         rows, values = np.empty((len(owners), states.shape[1])), np.empty(len(owners))

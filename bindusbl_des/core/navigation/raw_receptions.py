@@ -76,7 +76,7 @@ def raw(fix: Row, receptions: Rows, levels: Levels) -> Any:
 
 
 def _note_places(told: Any, heard: Rows) -> None:
-    """Write ranges and positions of receptions whose measurements are known."""
+    """Write ranges and positions to `told` (k,), RAW, where `heard` (k,) have measurements."""
     for k in np.flatnonzero(~np.isnan(heard["range_m2"]) & ~np.isnan(heard["from_x_m"])):
         line, row = heard[k], told[k]
         here = np.array([line[f"from_{axis}_m"] for axis in "xyz"])

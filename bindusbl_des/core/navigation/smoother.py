@@ -169,9 +169,7 @@ class Smoother:
         return fixes.of(own[np.argsort(fixes.rows["valid_at_s"][own], kind="stable")])
 
     def _groups(self, times: Floats, delivered: Floats) -> Iterator[tuple[int, int]]:
-        """Yield begin and end of runs of instants that use the same fixes, as long as memory
-        allows.
-        """
+        """Yield begin and end of runs of instants that use the same fixes, as memory allows."""
         known = np.searchsorted(np.sort(delivered), times + self._lag, side="right")
         changes = np.flatnonzero(np.diff(known, prepend=-1))
         firsts = np.union1d(changes, np.arange(0, len(times), MOST_INSTANTS)).tolist()

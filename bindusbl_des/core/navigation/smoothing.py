@@ -175,8 +175,9 @@ def _smooth_one(state: Floats, spread: Floats, later: Floats, sure: Floats) -> N
 def _before_sight(
     later: Floats, sure: Floats, row: Floats, gain: Floats, off: float, total: float
 ) -> None:
-    """Replace the adjoint state and matrix after a sight with row and gain (1, k) by those before
-    it.
+    """Replace the adjoint state (k,) and matrix (k, k) after a sight by those before it.
+
+    The sight has a row and gain (1, k), the innovation `off` and its variance `total`.
     """
     weighed = 0.0
     for i in range(row.size):
@@ -190,7 +191,9 @@ def _before_sight(
 
 @compiled
 def _go_back(later: Floats, sure: Floats, move: Floats) -> None:
-    """Replace the adjoint state and matrix after a move F by those before it: F' l, F' L F."""
+    """Replace the adjoint state l (k,) and matrix L (k, k) after a move F by those before it: F' l,
+    F' L F.
+    """
     count = later.size
     back, product = np.zeros(count), np.zeros((count, count))
     for i in range(count):

@@ -206,9 +206,7 @@ class Team(LinearNavigator):
         return rows[at : at + 1]
 
     def correct(self, fixes: Rows, due: Ints) -> None:
-        """Apply the fixes in rows `due` (k,); write innovation, NIS and the change (m) of the
-        estimate.
-        """
+        """Apply the fixes in rows `due` (k,); write innovation, NIS and correction (m)."""
         self.fixes = fixes
         for number in due.tolist():
             fix = self.row(number)
@@ -219,7 +217,7 @@ class Team(LinearNavigator):
             fix["correction_m"] = moved if outcome.is_taken else nan
 
     def apply_peer(self, sight: PeerSight) -> tuple[float, Outcome]:
-        """Apply an AUV's measurement of another; return how far (m) its estimate moved, and the
+        """Apply an AUV's measurement of another; return its estimate's move (m), and the
         outcome.
         """
         auv, sender, log = sight.auv, sight.sender, self._of[sight.sender].log
@@ -440,7 +438,9 @@ class Joint:
         return np.array((dr.x - error[0], dr.y - error[1])), back, growth.walk * abs(passed)
 
     def _by_errors(self, slopes: Floats, kind: str, sight: PeerSight) -> None:
-        """Write the Jacobian of a range or bearing by errors of sound speed, clocks and arrays."""
+        """Add to `slopes` (n,) the Jacobian of a range or bearing (`kind`) by errors of sound
+        speed, clocks and arrays.
+        """
         team, begin = self.team, self.team.size - self.team.common.columns
         own = self._block(self._place[sight.auv])
         if kind == "steep":
@@ -475,8 +475,9 @@ class Joint:
     def _best(
         self, state: TeamBelief, own: slice, slopes: Floats, noise: Floats, common: Floats
     ) -> float:
-        """Return the share w that minimises the variance of the position until the next message,
-        moved on by its velocity.
+        """Return the share w that minimises the variance of the AUV's position (states `own`) until
+        the next message, moved on by its velocity; `noise` and `common` (q, q) are those of q
+        numbers.
         """
         covariance = state.belief.covariance
         weights = np.zeros(self.team.size)
@@ -516,8 +517,8 @@ def _key(time: float, event: Event) -> tuple[str, int, int, float]:
 
 
 class Seen(NamedTuple):
-    """A number measured of a peer: its innovation, variance, and gradient (2,) by the offset
-    between both.
+    """A number measured of a peer: innovation, variance, and gradient (2,) by the offset of
+    both.
     """
 
     kind: str

@@ -108,7 +108,7 @@ def _is_beside(reception: Row, own: PingBelief) -> bool:
 
 @inlined
 def _leave_out(known: Floats, off: Floats, last: int) -> None:
-    """Eliminate the unknown `last` from the information (n, n) and vector (n,) of all before it."""
+    """Eliminate the unknown `last` from an information matrix and vector of all up to it."""
     for i in range(last):
         share = known[i, last] / known[last, last]
         off[i] -= share * off[last]
@@ -158,9 +158,7 @@ class Unsure(NamedTuple):
 
 @inlined
 def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
-    """Rotate the covariance of x and y; add the variance `vague` (m2) per axis of the array's
-    position.
-    """
+    """Rotate the covariance of x and y; add the variance `vague` (m2) of the array's position."""
     (x, y, _), (ex, ey), (dx, dy, _) = axes.s, axes.e, axes.d
     xx, yy, xy = spread[0, 0], spread[1, 1], spread[0, 1]
     return Unsure(
@@ -177,8 +175,8 @@ def _unsure(axes: Axes, spread: Floats, vague: float) -> Unsure:
 def _less_the_call(
     reception: Row, own: PingBelief, measured: float, s: Vector, range_m2: float
 ) -> tuple[float, Vector, float]:
-    """Return a two-way path length (m) less the call's path, to second order; its gradient by
-    position; and its variance (m2).
+    """Return a `measured` two-way path (m) less the call's path, to second order; its gradient by
+    the AUV's position; and its variance (m2), `range_m2` and the call's.  `s` is the line of sight.
     """
     spread, vague = own.spread, reception.from_m2
     x, y = own.called[0] - reception.caller_x_m, own.called[1] - reception.caller_y_m
@@ -196,8 +194,8 @@ def _less_the_call(
 
 @compiled
 def _add(reception: Row, own: PingBelief, known: Floats, off: Floats) -> bool:
-    """Add the information (4, 4), 1/m2, of a reception, and its innovation; return whether it was
-    compared as a range and a direction.
+    """Add the information (4, 4), 1/m2, of a reception to `known`, and with its innovation to `off`
+    (4,); return whether it was compared as a range and a direction.
 
     They are J^T W J and J^T W r, with the innovation r along s, e and d of :class:`Axes`, the
     inverse W of its covariance, and the derivatives J of s, e and d by x, y, z and the call's path.

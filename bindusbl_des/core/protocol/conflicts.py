@@ -216,9 +216,7 @@ def greedy_colours(heard: Flags, colours: Ints) -> None:
 
 @compiled
 def _smallest(own: Ints, used: Flags, first: int) -> int:
-    """Return the least colour from `first` on that no ASV of `own` hears; `used` (ASVs,
-    colours).
-    """
+    """Return the least colour from `first` on that no ASV of `own` hears; `used` (ASVs, k)."""
     colour = first
     while _is_used(own, used, colour):
         colour += 1
@@ -235,7 +233,9 @@ def _is_used(own: Ints, used: Flags, colour: int) -> bool:
 
 @compiled
 def _dsatur(heard: Flags, degrees: Ints, colours: Ints) -> None:
-    """Write each AUV's colour by DSATUR to `colours`, which is -1 at first."""
+    """Write each AUV's colour by DSATUR to `colours` (AUVs,), -1 at first; `degrees` (AUVs,) are
+    the numbers of conflicts.
+    """
     used = np.zeros((heard.shape[1], len(heard) + 1), dtype=np.bool_)
     met = np.zeros(len(heard), dtype=np.int64)  # number of colours among neighbours
     for _ in range(len(heard)):

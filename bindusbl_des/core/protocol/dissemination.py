@@ -211,9 +211,10 @@ class Dissemination:
             self._reckon(auv, 1)
 
     def assign(self, number: int, time: float, senders: Sequence[int]) -> dict[int, list[int]]:
-        """Plan the round that a broadcast announces, which begins at an instant (s).
+        """Plan the round that a broadcast of round `number`, which begins at `time` (s), announces.
 
-        Return for each of the ASVs that send the AUVs that it names, to which it is the nearest.
+        Return for each ASV of `senders` the AUVs that its frames name: those to which it is the
+        nearest.
         """
         ahead, count = number + self.announcing.ahead, len(self.auvs)
         lasts = len(senders) * self.slots.downlink_slot(count, count)  # at most, one by one
@@ -364,8 +365,8 @@ class Dissemination:
     def _turn(
         self, auv: int, informed: int, rounds: int, instant: float, _: simpy.Event | None = None
     ) -> None:
-        """Let an AUV ping in the turn that it has reckoned, unless a round later than `informed`,
-        the last that it knew of when it did, has been announced to it.
+        """Let an AUV ping at `instant` (s), in the turn that it has reckoned from round `informed`,
+        unless a later round has been announced to it.
         """
         self._hear(instant)
         knowledge = self.auvs[auv]

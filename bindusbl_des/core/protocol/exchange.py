@@ -252,7 +252,9 @@ class Exchange(MfDownlink):
     def _copy_is_over(
         self, sent: AsvFrame, auv: int, hops: int, turn: int, by: int, row: int
     ) -> None:
-        """Deliver a forwarded frame that has just ended at an AUV, if the AUV has decoded it."""
+        """Deliver a forwarded frame whose sound `row` has just ended at an AUV, if the AUV has
+        decoded it; `hops`, `turn` and `by` as of :meth:`_take`.
+        """
         if self._became(row, self._env.now)[0] == HEARD:
             taken = partial(self._take, sent, auv, hops, turn, by)
             self._hand_over(row, sent.message.delay_s, taken)
@@ -333,9 +335,7 @@ class Exchange(MfDownlink):
         Deliveries.deliver(self, time)
 
     def decoded(self, broadcast: int, time: float) -> NDArray[np.bool_]:
-        """Return which AUVs (n,) have decoded a broadcast, or a forwarded copy, by an instant
-        (s).
-        """
+        """Return which AUVs (n,) have decoded a broadcast, or a forwarded copy, by `time` (s)."""
         found = super().decoded(broadcast, time)
         for auv in range(len(self._auvs)):
             found[auv] |= self._decoded.get((broadcast, auv), inf) <= time

@@ -323,7 +323,9 @@ class MfDownlink(Deliveries):
     def _arrive(
         self, fix: int, asv: int, frame: tuple[float, float, float], late: float, _: simpy.Event
     ) -> None:
-        """Work out the arrival of a frame that is near; the AUV's motion was unknown before."""
+        """Work out the arrival of a fix whose frame is near, now that the AUV's motion until then
+        is known; `frame` as of :meth:`_leave`, `late` of :meth:`_late_s`.
+        """
         time, airtime, delay = frame
         travel = self._travel(asv, fix, time + airtime, late)
         self._expect(fix, self._clock.after(time, airtime + travel + delay))
@@ -394,7 +396,9 @@ class Replies:
         self._outcomes.when_over(self._env, pings, self._hear)
 
     def _hear(self, row: int, arrived: float) -> None:
-        """Answer a ping if this reception is the first that is heard."""
+        """Answer a ping that `arrived` at an instant (s), if this reception (a row) is its first
+        heard one.
+        """
         reception = self._record.receptions.array[row]
         if not self._outcomes.decide_one(int(reception["ping"]), row):
             return

@@ -215,7 +215,7 @@ class Happenings:
         return watch
 
     def next(self, kind: str, which: dict[str, Any], since: float) -> simpy.Event:
-        """Return the event of the next happening of a kind, as :meth:`watch` takes it."""
+        """Return the event of the next happening of a kind, by the arguments of :meth:`watch`."""
         watch = self.watch((kind,), which, since)
         event = watch.next()
         assert event.callbacks is not None
@@ -273,9 +273,7 @@ class Happenings:
                 self._tell("ping", float(ping["sent_at_s"]), _row_of(Ping, ping))
 
     def _expect(self, kind: str, row: int, since: float) -> None:
-        """Schedule an event for a reception's arrival, or for other kinds its end, if later than
-        `since`.
-        """
+        """Schedule an event for a reception's arrival, else its end, if later than `since` (s)."""
         reception, lasts = self._record.receptions.array[row], self._outcomes.band.duration
         instant = float(reception["arrived_at_s"]) + (lasts if kind != "arrival" else 0.0)
         if reception["outcome"] == IN_FLIGHT and instant > since:
@@ -293,7 +291,9 @@ class Happenings:
         moment(self._env, instant).callbacks.append(happen)
 
     def _heard(self, kind: str, row: int, expected: float) -> None:
-        """Report an arrival or its end; wait again where its listener was predicted too near."""
+        """Report a reception's arrival or end, `expected` at (s); wait again where its listener was
+        predicted too near.
+        """
         self._outcomes.update_arrivals(self._env.now)
         reception = self._record.receptions.array[row]
         lasts = self._outcomes.band.duration if kind != "arrival" else 0.0

@@ -266,7 +266,9 @@ class Outcomes:
                     self._wait(env, row, verb)
 
     def _wait(self, env: simpy.Environment, row: int, verb: Callable[[int, float], None]) -> None:
-        """Wait for the end of an arrival, and again where its listener was predicted too near."""
+        """Wait for the end of a reception (a row), and again where its listener was predicted too
+        near; then call `verb` as :meth:`when_over` does.
+        """
         receptions = self._record.receptions
         expected = float(receptions.array[row]["arrived_at_s"])
 

@@ -82,7 +82,9 @@ class PeerMessage:
 
 @dataclass
 class Peers:
-    """The AUVs of a fleet as they range each other."""
+    """The AUVs of a fleet as they range each other: each has a turn every `every_s` (s), and its
+    messages have `message_bytes`.
+    """
 
     air: SharedAir
     fleet: VehicleFleet

@@ -153,9 +153,7 @@ class HfBand:
         return self._auvs, self._asvs, len(self._auvs)
 
     def at_level(self, level_db: float | None) -> Spreading:
-        """Return how signals of a source level (dB re 1 uPa at 1 m; None: the channel's)
-        propagate.
-        """
+        """Return how signals of a source level (dB re 1 uPa at 1 m; None: the channel's) travel."""
         if level_db is None:
             return self.spreading
         return self.spreading._replace(channel=self._levelled(level_db))

@@ -91,9 +91,7 @@ class TwoWay:
     def ping(
         self, round_number: int, slot: int, group: Sequence[int], time: float, view: View
     ) -> None:
-        """Call the AUVs of a group at the start of its slot; each answers the call that it
-        hears.
-        """
+        """Call the AUVs of a group at the start of its slot; each answers the call it hears."""
         if self._answers is not None:
             self._answers.begin((round_number, slot), len(group))
         failed = self._uplink.failed(time)

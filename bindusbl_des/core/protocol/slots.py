@@ -60,7 +60,10 @@ def two_way_uplink_slot(
     guard: float | None = None,
     shortest: float | None = None,
 ) -> float:
-    """Return the slot (s) that holds an interrogation, its reply and the echoes (twtt, polling)."""
+    """Return the slot (s) that holds an interrogation, its reply and the echoes (twtt, polling).
+
+    Arguments in s, as of :func:`uplink_slot`; the AUV replies a `turnaround` after it was called.
+    """
     return uplink_slot(
         2 * ping_duration + turnaround, 2 * longest_travel_time, crossing, guard, shortest
     )
@@ -180,7 +183,7 @@ class Slots:
         return sum([message.size_bytes for message in self.messages.packed(fix_count, named)])
 
     def airtime(self, fix_count: int, named: int = 0) -> float:
-        """Return the airtime T_tx (s) of a broadcast, summed over its messages."""
+        """Return the airtime T_tx (s) of such a broadcast, summed over its messages."""
         return sum([message.airtime_s for message in self.messages.packed(fix_count, named)])
 
     def frame_slot(self, fix_count: int, named: int = 0) -> float:
@@ -258,7 +261,9 @@ def _behind(site: Site, messages: Messages, sound_speed: float) -> Behind:
 
 
 def _uplink_slot(protocol: Protocol, ping: float, longest: float, crossing: float) -> float:
-    """Return the slot T_UL (s) of a ranging, for a ping, its longest travel time and t_C (s)."""
+    """Return the slot T_UL (s) of a protocol's ranging for the `ping`, its `longest` travel time,
+    and the crossing time t_C (s).
+    """
     guards = protocol.uplink_guard_s, protocol.shortest_uplink_slot_s
     if protocol.calls:
         return two_way_uplink_slot(ping, longest, protocol.turnaround_s, crossing, *guards)

@@ -114,9 +114,7 @@ def check_now(env: simpy.Environment, time: float, wait: str) -> None:
 def some_work(
     env: simpy.Environment, asvs: VehicleFleet, clock: Clock, time: float
 ) -> Generator[simpy.Event, None, float]:
-    """Wait as long as no ASV works; return the instant (s), at least `time`, from which one
-    does.
-    """
+    """Wait as long as no ASV works; return the instant (s), `time` or later, when one does."""
     starts = asvs.works_from(time)
     if starts == math.inf:
         yield env.event()  # which never happens
@@ -162,7 +160,9 @@ def checked_steps(
 
 
 def _advanced(advance: Callable[[Any], Any], value: Any) -> tuple[Any, Any]:
-    """Return a generator's next event and None, or `_NONE` and what it returned."""
+    """Return a generator's next event and None, or `_NONE` and what it returned; `advance` is its
+    `send` or `throw`.
+    """
     try:
         return advance(value), None
     except StopIteration as end:

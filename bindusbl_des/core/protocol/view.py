@@ -75,9 +75,7 @@ class KnownFixes:
 
     @property
     def left_m2(self) -> Floats:
-        """The variance (m2) of each AUV's estimate, both axes together, that its last fix left,
-        (n,).
-        """
+        """The variance (m2) of each estimate, both axes together, that its last fix left, (n,)."""
         self._note()
         return self._variance.copy()
 
@@ -148,9 +146,7 @@ def weighed(drifted: float, fix: float) -> float:
 
 
 def known_of(setup: Sensors, auvs: VehicleFleet, record: Recorder) -> KnownFixes:
-    """Return the :class:`KnownFixes` of a mission that begins, with the planned speeds and
-    drift.
-    """
+    """Return the :class:`KnownFixes` of a new mission, with the planned speeds and drift."""
     scenario = setup.scenario
     speeds, water = planned_speeds(setup, auvs), scenario.environment
     carried = np.array([auv.group.vehicle.has_dynamics for auv in setup.auvs]) * (

@@ -159,7 +159,9 @@ def cumulated_slowness(profile: Profile, depth_m: ArrayLike) -> Floats:
 
 
 def _layer_s(thickness_m: Floats, above: Floats, below: Floats) -> Floats:
-    """Return how long (s) sound takes through layers (m) of linear speed (m/s)."""
+    """Return how long (s) sound takes through layers (m) of linear speed, `above` to `below`
+    (m/s).
+    """
     rise = (below - above) / above
     # log1p(x) / x, which is 1 for x = 0
     shorter = np.divide(np.log1p(rise), rise, out=np.ones_like(rise), where=rise != 0.0)

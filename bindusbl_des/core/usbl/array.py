@@ -163,7 +163,9 @@ def scatter(array: Floats) -> Floats:
 
 @compiled
 def rotation(roll: float, pitch: float, yaw: float) -> Floats:
-    """Return the rotation R = Rz(yaw) Ry(pitch) Rx(roll) from the array to the survey frame."""
+    """Return the rotation (3, 3) by three angles (rad) from array to survey frame, Rz(yaw)
+    Ry(pitch) Rx(roll).
+    """
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)

@@ -193,7 +193,9 @@ def by_other(
     heard: Heard, row: int, call_way: float, asvs: Motion, instruments: PackedInstrument,
     sds: Floats, systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
-    """Return an ASV's fix of a ping, or of an answer to a call whose path (m) is known."""
+    """Return an ASV's fix of a ping (reception `row`), or of an answer to a call whose path (m) is
+    known; `sds` (EFFECTS,) as of :func:`.systematic_effects.deviations`.
+    """
     instrument = instrument_of(instruments, heard.receptions[row].asv)
     seen, noise = sighting(heard, row, asvs, instrument, systematic), heard.noise[row]
     part = by_range(seen, call_way, 1.0, sds[CLOCK], noise, instrument)
@@ -206,7 +208,9 @@ def _by_whole_way(
     heard: Heard, row: int, asvs: Motion, instruments: PackedInstrument, strayed: Floats,
     sds: Floats, systematic: Systematic,
 ) -> AsvFix:  # fmt: skip
-    """Return an ASV's fix of an answer by the whole path of call and answer."""
+    """Return an ASV's fix of an answer (reception `row`) by the whole path of call and answer;
+    arguments as of :func:`measured` and :func:`by_other`.
+    """
     instrument = instrument_of(instruments, heard.receptions[row].asv)
     ping, noise = heard.ping, heard.noise[row]
     seen = sighting(heard, row, asvs, instrument, systematic)

@@ -46,7 +46,7 @@ def fuse(fixes: Sequence[Vector], covariances: Sequence[Vector]) -> tuple[Vector
 def fuse_pair(
     estimate: Vector, covariance: Vector, fix: Vector, other: Vector
 ) -> tuple[Vector, Vector]:
-    """Fuse two independent estimates (n,) and their covariances (n, n); see :func:`fuse`."""
+    """Fuse an estimate (n,) and an independent `fix` (n,), covariances (n, n), as :func:`fuse`."""
     size, total = estimate.size, covariance.copy()
     for i in range(size):
         for j in range(size):

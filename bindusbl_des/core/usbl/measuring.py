@@ -352,7 +352,8 @@ def locate(
     """Measure one ping: return the fix (3,), m, and its covariance (3, 3), m2 (eq. usbl_fix).
 
     `source` is where the ping was sent and `vessel` where the array is when it arrives (survey
-    frame, m), `snr_db` its SNR, nan if unknown; `noise` are NOISE_WIDTH standard normal numbers.
+    frame, m), at the heading `yaw` (rad), after the true travel time (s); `snr_db` its SNR, nan if
+    unknown; `noise` are NOISE_WIDTH standard normal numbers.
     """
     unit, believed = sighted(source, vessel, yaw, snr_db, noise, instrument)
     reach = instrument.levels.sound_speed_m_per_s * clocked(travel_time, noise, instrument)
@@ -395,7 +396,7 @@ def sighted(
 
 @compiled
 def _across(offset: Vector, believed: Floats, snr_db: float, instrument: Instrument) -> Across:
-    """Return the error of an offset (3,), m, across its direction, without its slow part."""
+    """Return the white error across an offset (3,), m; `believed` (3, 3): measured attitude."""
     levels = instrument.levels
     if levels.has_sheet:
         return across_by_sheet(offset, angle_sds(snr_db, levels), 1.0 - levels.slow_share)
@@ -456,8 +457,8 @@ def turned_aside(seen: Sighting, away: float, instrument: Instrument) -> Floats:
 def offset_of(
     fix: Floats, vessel: Vector, reach: float, noise: Floats, instrument: Instrument
 ) -> Vector:
-    """Return the measured offset (3,), m, of a fix, without the errors of its origin: GNSS, and a
-    sheet's noise of positions.
+    """Return the offset (3,), m, of a fix from a `vessel` (3,), m, as measured at a range `reach`
+    (m): without the noise of GNSS and a sheet's of positions.
     """
     levels = instrument.levels
     gnss = scaled(gnss_noise(noise), levels.gnss_sd_m)
@@ -467,9 +468,7 @@ def offset_of(
 
 @compiled
 def gnss_noise(noise: Floats) -> Vector:
-    """Return the GNSS error of a vessel along x, y and z, in standard deviations, from a row of
-    noise.
-    """
+    """Return a vessel's GNSS error along x, y, z, in standard deviations, from a row of noise."""
     return noise[GNSS_NOISE], noise[GNSS_NOISE + 1], noise[GNSS_NOISE + 2]
 
 
@@ -484,7 +483,8 @@ def variances(
     array: Floats, metric: Floats, levels: Rows,
 ) -> Floats:  # fmt: skip
     """Return the variances along, across and down, and the covariance of along and down (g, 4), m2,
-    of fixes at horizontal distances (g,), m, and a depth (m).
+    of fixes at horizontal distances `away` (g,), m, a depth (m) and SNRs (g,), dB, by a packed
+    instrument.
 
     With calls the range is half the path of call and answer, between which the AUV has `moved` (a
     variance, m2; below 0: one-way).  A filter that `weighs` fixes knows the direction better than

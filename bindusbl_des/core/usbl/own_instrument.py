@@ -100,7 +100,9 @@ def instrument_named(name: str) -> OwnInstrument | None:
 
 
 def sounding_of(ping: Row, heard: Rows, poses: Floats, random: np.random.Generator) -> Sounding:
-    """Return a ping at the ASVs that have decoded it, from the rows of both."""
+    """Return a ping at the k ASVs that have decoded it, from its row and its receptions `heard`
+    (k,); `poses` (k, 4) as of :class:`Sounding`.
+    """
     called = not np.isnan(ping["call_time_s"])
     blended = np.where(np.isnan(heard["lowered"]), 0.0, heard["late_s"])
     return Sounding(

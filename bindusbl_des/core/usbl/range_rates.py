@@ -53,8 +53,11 @@ def measure(
     packed: int, pings: Rows, receptions: Rows, keys: NDArray[np.uint64], sd: float, scale: float,
     asvs_ping: bool,
 ) -> None:  # fmt: skip
-    """Write the range rates of heard receptions without one, and their ASVs' velocities, as of
-    :class:`RangeRates`; `packed` is the address of a :class:`..acoustics.sounds.Sea`.
+    """Write range rates to those receptions that were heard and have none, and their ASVs'
+    velocities.
+
+    `packed` is the address of a :class:`..acoustics.sounds.Sea`; `pings` are all on record; other
+    arguments are the fields of :class:`Shift`.
     """
     sea = unpacked(packed, Sea)
     auvs = sea.auvs.first.size - 1

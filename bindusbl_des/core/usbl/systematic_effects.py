@@ -131,9 +131,7 @@ def deviations(time: float, levels: Row) -> Floats:
 
 @compiled
 def kept(ahead: Vector, reach: float) -> float:
-    """Return which share of a range (m) an offset `ahead` has left after
-    :func:`.measuring.debias`.
-    """
+    """Return |`ahead`| / |`reach`|, the share of a range that :func:`.measuring.debias` left."""
     return 1.0 if reach == 0.0 else length(ahead) / abs(reach)
 
 
@@ -220,10 +218,11 @@ def states_place(levels: Row) -> bool:
 
 @compiled
 def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
-    """Limit the errors of a range where geometry constrains it little (:func:`.two_way.dated`).
+    """Limit errors of a range, `farther` (EFFECTS,), m per unit, where geometry constrains it
+    little (:func:`.two_way.dated`).
 
-    No error exceeds the variance of two positions on a `baseline` (3,), m; that of the sound speed
-    may also have its effect on the whole `path` (m).
+    No error, of standard deviations `sds` (EFFECTS,), exceeds the variance of two positions on a
+    `baseline` (3,), m; that of the sound speed may also have its effect on the whole `path` (m).
     """
     square = dot(baseline, baseline) / 6
     for k in range(EFFECTS):
@@ -301,7 +300,9 @@ def add_unknown_turn(
 def _slow_changes(
     out: Floats, effects: Floats, ahead: Vector, seen: Sighting, instrument: Instrument
 ) -> None:
-    """Write the derivatives of the effects of slow errors, by offsets moved to either side."""
+    """Write the derivatives of the effects of slow errors to `out` (2, 4, EFFECTS), by differences:
+    with the offset `ahead` (3,), m, moved to either side.
+    """
     step, ahead = 1e-3 * length(ahead), (ahead[0], ahead[1], seen.below)
     ranged = effects[0, SLOW_RANGE], effects[1, SLOW_RANGE], effects[2, SLOW_RANGE]
     near = np.zeros((4, EFFECTS))
@@ -356,7 +357,8 @@ def level_part(covariance: Floats) -> Floats:
 
 @compiled
 def add_own(covariance: Floats, effects: Floats, bends: Floats, sds: Floats) -> None:
-    """Add an ASV's own errors (misalignment, GNSS, slow errors) to a covariance, m2.
+    """Add an ASV's own errors (misalignment, GNSS, slow errors) to a covariance (m2), by their
+    effects and second derivatives `bends` (both n, EFFECTS) and standard deviations (EFFECTS,).
 
     A misalignment rotates the offset on a circle: its square has a variance, too, E x^4 / 4 = 3
     sd^4 / 4.

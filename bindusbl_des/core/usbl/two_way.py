@@ -148,9 +148,9 @@ def dated(
 
 
 class Alone(NamedTuple):
-    """One ASV's location of an answer: the fix (3,), m, the covariance (4, 4), m2, of it and of
-    minus the call's path length, its range, and how much longer that is (m per m) if the call's
-    path is.
+    """One ASV's location of an answer: the fix (3,), m; the covariance (4, 4), m2, of the fix and
+    of minus the call's path length; the ASV's own range; and the share of an error of the path that
+    goes into it (:func:`limited_share`).
     """
 
     fix: Floats
@@ -217,7 +217,9 @@ def first_to_locate(heard: Heard) -> int:
 def caller_offset(
     heard: Heard, row: int, seen: Sighting, asvs: Motion, instruments: PackedInstrument
 ) -> Vector:
-    """Return where the call was sent relative to its answer's hearer (3,), m, by their GNSS."""
+    """Return where the call was sent relative to the ASV that heard its answer (reception `row`),
+    (3,), m, by the GNSS of both.
+    """
     caller, hearer = heard.ping.called_by, heard.receptions[row].asv
     x, y, z, _ = where(asvs, caller, heard.ping.called_at_s)
     baseline = minus((x, y, z), seen.vessel)
@@ -238,7 +240,9 @@ def by_itself(
     seen: Sighting, baseline: Vector, heard: Heard, row: int, instruments: PackedInstrument,
     strayed: float,
 ) -> Alone:  # fmt: skip
-    """Locate an AUV by one reception of its answer; `baseline` as of :func:`caller_offset`."""
+    """Locate an AUV by one reception (row `row`) of its answer; `baseline` as of
+    :func:`caller_offset`.
+    """
     instrument = instrument_of(instruments, heard.receptions[row].asv)
     levels, noise = instrument.levels, heard.noise[row]
     gnss, own_gnss, other_gnss = levels.gnss_sd_m**2, 0.0, 0.0

@@ -142,7 +142,7 @@ class SharedAir:
             refuse("`level_db`", level_db, full, "give dB re 1 uPa at 1 m")
 
     def _spare(self, sender: int, level_db: float | None, time: float, lasts: float) -> None:
-        """Note the share of full power that a signal at a level (dB; None: full) saves for `lasts`
+        """Note the share of full power that a signal at a level (dB; None: full) saves for a time
         (s).
         """
         if level_db is not None:
@@ -225,8 +225,9 @@ class SharedAir:
         self, kind: int, number: int, sender: int, time: float, lasts: float, listeners: int,
         level_db: float | None,
     ) -> None:  # fmt: skip
-        """Write the sounds of a signal, the `number` of its `kind`, at the first so many
-        `listeners` of all vehicles.
+        """Write the sounds of a signal, the `number` of its `kind`, that `sender` begins at `time`
+        (s) for `lasts` (s) at a level (dB; None: full), at the first so many `listeners` of all
+        vehicles.
         """
         sent = self._sounds.send(
             kind, number, sender, time, lasts, self._uplink.at_level(level_db), self._keys[sender],
@@ -332,9 +333,7 @@ class SharedAir:
         event.callbacks.append(look)
 
     def _look(self, inbox: "_Inbox") -> None:
-        """Decide the sounds that are over at a vehicle by now; hand over the first that was
-        decoded.
-        """
+        """Decide sounds that are over at a vehicle by now; hand over the first that was decoded."""
         over = []
         for row in inbox.coming:
             outcome, *_ = self._uplink.became(row, self.env.now)
@@ -351,7 +350,7 @@ class SharedAir:
             inbox.waiting.succeed(heappop(inbox.heard)[-1])
 
     def _told(self, node: Node, row: int) -> HeardSignal:
-        """Return a decoded signal as the program of a vehicle gets it."""
+        """Return a decoded signal (a row of sounds) as the program of a vehicle gets it."""
         sound = self._sounds.array[row]
         span = node.reads(float(sound["arrived_at_s"])), node.reads(float(sound["ended_at_s"]))
         sender, number, level = self.names[sound["sender"]], int(sound["signal"]), None

@@ -220,7 +220,7 @@ class Seatrac(Modem):
             self._tell(code, bytes((MISSING, *content[:1])))
 
     def _ordered(self, code: int, content: bytes) -> bytes:
-        """Send the message of a command; return the reply to the host."""
+        """Send the message of a command (code and content); return the reply to the host."""
         if code == NAV_STATUS_SEND:
             to, kind, data = ALL, OWAY, _counted(content)
         elif code == NAV_SEND:
@@ -259,7 +259,7 @@ class Seatrac(Modem):
         return bytes((OK if is_right else INVALID, to, len(data)))
 
     def _answered(self, code: int, content: bytes) -> bytes:
-        """Return the reply to a host's command that sends nothing on the air."""
+        """Return the reply to a command (code and content) that sends nothing on the air."""
         seconds = int(self.node.clock)
         if code == ALIVE:
             return struct.pack("<I", seconds)

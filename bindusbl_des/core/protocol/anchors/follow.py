@@ -62,8 +62,8 @@ def best_places(fleet: Floats, count: int, reach: float) -> Floats:
 
 
 def moved_along(fleet: Floats, places: Floats, reach: float) -> Floats:
-    """Return each of the positions (m, 2), m, moved to the middle of the AUVs (n, 2) within reach
-    (m) whose nearest position it is; without any it stays.
+    """Return `places` (m, 2), m, each moved to the middle of those AUVs, `fleet` (n, 2), within
+    reach (m) that have it as their nearest; without any it stays.
     """
     apart = fleet[:, None, :] - places
     away = np.hypot(apart[..., 0], apart[..., 1])
@@ -77,7 +77,7 @@ def moved_along(fleet: Floats, places: Floats, reach: float) -> Floats:
 
 
 def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
-    """Return how positions (m, 2) serve AUVs (n, 2) that are heard within a reach (m)."""
+    """Return how `places` (m, 2), m, serve AUVs, `fleet` (n, 2), heard within a reach (m)."""
     apart = fleet[:, None, :] - places
     away = np.hypot(apart[..., 0], apart[..., 1]).min(axis=1)
     heard = away <= reach * (1.0 + 1e-9)
@@ -85,7 +85,7 @@ def service(fleet: Floats, places: Floats, reach: float) -> AnchorService:
 
 
 def _apart(fleet: Floats, places: Floats) -> float:
-    """Return how far (m) the farthest of AUVs (n, 2) is from the nearest of positions (m, 2)."""
+    """Return the distance (m) of the AUV (n, 2) that is farthest from its nearest place (m, 2)."""
     apart = fleet[:, None, :] - places
     return float(np.hypot(apart[..., 0], apart[..., 1]).min(axis=1).max())
 

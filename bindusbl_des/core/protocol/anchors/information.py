@@ -172,7 +172,8 @@ def _searched(
 ) -> tuple[Floats, float]:
     """Return the best targets (m, 2), m, that ASVs find in turn from given ones, and their cost.
 
-    `far` is what the fastest ASV can travel within the horizon (m).
+    `far` is what the fastest ASV can travel within the horizon (m); other arguments as of
+    :func:`cost`.
     """
     best, least = targets.copy(), cost(targets, outlook, errors, here, speeds, by_trace)
     for _ in range(TURNS):
@@ -198,7 +199,9 @@ def _searched(
 
 
 def _tried(bound: Floats, here: Floats, far: float, courses: Floats) -> Floats:
-    """Return targets (c, 2), m, from which an ASV's search begins."""
+    """Return targets (c, 2), m, from which the search of an ASV at `here` (2,) begins: its present
+    target `bound` (2,), `here`, positions up to `far` (m) from there, and AUVs (n, 2).
+    """
     return np.concatenate((bound[None], here[None], here + far * SPIRAL, courses))
 
 
@@ -219,9 +222,9 @@ def _told(
 def _hear(
     target: Floats, here: Floats, speed: float, outlook: Outlook, errors: FixErrors, heard: Floats
 ) -> None:
-    """Add an ASV on its way to a target (2,), m, to `heard` (k steps, n AUVs, 4): xx, xy, yy of its
-    information p J (m^-2) on each AUV; multiply the last by 1 - p, the chance that it decodes
-    nothing.
+    """Add an ASV on its way from `here` to a target, (2,), m, at a speed (m/s) to `heard` (k steps,
+    n AUVs, 4): xx, xy, yy of its information p J (m^-2) on each AUV; multiply the last by 1 - p,
+    the chance that it decodes nothing.
     """
     steps, auvs = outlook.courses.shape[0], outlook.courses.shape[1]
     ahead, aside = target[0] - here[0], target[1] - here[1]
@@ -260,7 +263,9 @@ def _costs(
     tried: Floats, here: Floats, speed: float, outlook: Outlook, errors: FixErrors,
     others: Floats, by_trace: bool,
 ) -> Floats:  # fmt: skip
-    """Return the cost (m2) of each target (c, 2), m, of one ASV, given what `others` hear."""
+    """Return the cost (m2) of each target `tried` (c, 2), m, of one ASV at `here` (2,), given what
+    `others` hear, (k, n, 4) as of :func:`_hear`.
+    """
     steps, auvs = outlook.courses.shape[0], outlook.courses.shape[1]
     found, heard = np.empty(tried.shape[0]), np.empty_like(others)
     for c in range(tried.shape[0]):

@@ -40,7 +40,9 @@ class VisitPlacement:
         return targets
 
     def _chosen(self, vessel: int, group: list[int], errors: Floats, time: float) -> int:
-        """Return the AUV of its group that an ASV visits from an instant (s) on."""
+        """Return the AUV of its group that an ASV visits from `time` (s) on, by expected `errors`
+        (n,), m.
+        """
         visited = self._visited.get(vessel)
         worst = max(group, key=lambda auv: errors[auv])
         if visited in group:
