@@ -155,6 +155,7 @@ def test_data_are_acknowledged_with_what_was_queued() -> None:
         (4.0, "ASV0", asks(0x60, 0, 0, 2, more=b"hi")),
         (6.0, "ASV0", asks(0x48, 2, 2, 4, more=b"echo")),
         (8.0, "ASV0", asks(0x50, 3, 0x89, 0)),
+        (10.0, "ASV0", asks(0x5B, 2, 4, more=b"TEST")),  # of beacon 2, to all
     )
     at_auv, broadcast = lines_of(mission, "AUV0", 0x61)
     assert fix_of(at_auv.content)[1] == b"\x00\x05hello\xff"
@@ -165,6 +166,9 @@ def test_data_are_acknowledged_with_what_was_queued() -> None:
     (echo,) = lines_of(mission, "ASV0", 0x4A)
     assert fix_of(echo.content)[1] == b"\x04echo"
     (known,) = lines_of(mission, "ASV0", 0x52)
+    (status,), (at_auv,) = lines_of(mission, "ASV0", 0x5B), lines_of(mission, "AUV2", 0x5C)
+    assert status.content == b"\x00\x02"
+    assert fix_of(at_auv.content)[1] == b"\x02\x04TEST\xff"
     flags, depth, yaw, pitch, roll, size, local = struct.unpack("<Bi3hBB", fix_of(known.content)[1])
     assert (flags, size, local, depth) == (0x89, 0, 255, 100)
     assert (pitch, roll) == (0, 0)
@@ -233,7 +237,7 @@ def test_an_evologics_modem_delivers_and_locates() -> None:
     mission.modems["ASV0"].hear(b"+++AT*SENDIM,1,77,ack,a")
     mission.advance(20.0)
     text = [it.decode().rstrip() for it in said]
-    assert text[0] in ("SENDSTART,1,im,104000,0", "OK")
+    assert text[:2] == ["OK", "SENDSTART,1,im,104000,0"]
     assert "DELIVEREDIM,1" in text
     (where,) = (it.split(",") for it in text if it.startswith("USBLLONG,"))
     east, north, up = (float(it) for it in where[7:10])
@@ -249,11 +253,21 @@ def test_an_evologics_modem_delivers_and_locates() -> None:
     assert re.fullmatch(rb"RECVIM,5,4,1,ack,104000,-60,150,0.0,hello\r\n", got)
 
 
+def test_a_host_is_heard_when_it_speaks_however_long_nothing_has_happened() -> None:
+    mission = Mission(Scenario(**QUIET | {"modems": {"make": "evologics"}}), 1)
+    mission.advance(20.3)
+    mission.modems["ASV0"].hear(b"AT*SENDIM,5,1,noack,hello")
+    mission.advance(25.0)
+    (signal,) = mission.result().tables["signals"].sent_at_s
+    assert signal == 20.3
+
+
 def test_the_same_lines_offline_are_the_same_mission(tmp_path: Path) -> None:
     """Also those that were said as statuses were told, at whole seconds."""
     said = spoken(
-        (2.0, "ASV0", asks(0x40, 1, 4)), (5.0, "ASV0", asks(0x10)), (7.0, "AUV1", asks(0x40, 1, 4))
-    ).result()
+        (2.0, "ASV0", asks(0x40, 1, 4)), (5.0, "ASV0", asks(0x10)),
+        (7.123456789, "AUV1", asks(0x40, 1, 4)), (9.87654321, "ASV0", asks(0x40, 2, 4)),
+    ).result()  # fmt: skip
     said.write(tmp_path / "said")
     keys = said.scenario.model_dump()
     keys["modems"]["lines"] = str(tmp_path / "said" / "modem_lines.parquet")
@@ -303,6 +317,14 @@ class Host:
     def say(self, data: bytes) -> None:
         os.write(self._file, data)
 
+    def hear_until(self, ends: bytes) -> bytes:
+        """Return all that a modem says up to what ends so."""
+        while ends not in self._rest:
+            assert select.select([self._file], [], [], 60.0)[0], self._rest
+            self._rest += os.read(self._file, 4096)
+        said, _, self._rest = self._rest.partition(ends)
+        return said
+
     def hear(self, code: int, within_s: float = 60.0) -> Told:
         """Return the next line of a code."""
         until = time.monotonic() + within_s
@@ -344,6 +366,35 @@ def test_a_host_over_a_port_and_one_over_a_terminal() -> None:
     again = simulate(Scenario.model_validate(keys), 1)
     for name in ("signals", "signal_receptions", "modem_lines"):
         assert again.arrow[name].equals(flown.arrow[name]), name
+
+
+def test_hosts_of_s2c_modems_send_any_bytes_by_any_line_ends() -> None:
+    """Line ends among the bytes of a message are content; half a line is its host's own."""
+    to = ("evologics/ASV0,AUV0:tcp:0", "evologics/AUV1:pty")
+    with live(*to, duration_s=400.0) as (where, session):
+        vessel, auv, other = map(Host, where)
+        second = Host(where[0])
+        second.say(b"\x00\xffgarbage\nAT?A")
+        vessel.say(b"+++AT*SENDIM,p0,5,1,ack,a\r")
+        vessel.say(b"\n,b\r")
+        told = vessel.hear_until(b"SENDSTART,1,im,104000,0\r\n")
+        assert told == b"+++AT*SENDIM:2:OK\r\n+++AT:23:"
+        assert auv.hear_until(b",ack,104000,-60,150,0.0,a\r\n,b\r\n").endswith(b"RECVIM,5,4,1")
+        vessel.hear_until(b"USBLANGLES,")
+        second.hear_until(b"USBLANGLES,")
+        second.say(b"L\n")
+        second.hear_until(b"\r\n4\r\n")
+        other.say(b"AT?AL\rAT*SEND,2,4,hi\r\n")
+        assert other.hear_until(b"ERROR WRONG COMMAND\r\n").endswith(b"2\r\n")
+        for host in (vessel, second, auv, other):
+            host.close()
+        session.send_signal(signal.SIGINT)
+        assert session.wait(timeout=120) == 0
+    lines = load_result("flown").tables["modem_lines"]
+    said = set(lines[lines["said_by"] == "host"]["line"])
+    assert said == {
+        r"\x00\xffgarbage", "AT?AL", r"+++AT*SENDIM,p0,5,1,ack,a\r\n,b", "AT*SEND,2,4,hi",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(

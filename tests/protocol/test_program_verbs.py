@@ -289,6 +289,7 @@ def test_a_ping_is_acknowledged_by_hand() -> None:
     assert signals.sent_at_s.to_numpy() == pytest.approx(pings + PING_S + way)
     assert set(signals.lasts_s) == {0.016}
     assert signals.to.tolist() == ["AUV0"] * len(pings)
+    assert signals.ping.tolist() == list(range(len(pings)))
     later = [packet for packet in packets[1:] if packet >= packets[0] + PING_S + 2 * way + 0.016]
     assert pings[1] == later[0]
 
@@ -348,6 +349,14 @@ def test_every_program_repeats_what_is_not_acknowledged(program: str) -> None:
         assert set(acknowledged.sender) == {"ASV0"}
         assert 0 < len(acknowledged) <= pings.heard_by.sum()
         assert len(acknowledged) >= 0.5 * pings.heard_by.sum()
+        about = pings.loc[acknowledged.ping]
+        assert about.auv.tolist() == acknowledged.to.tolist()
+        assert (about.sent_at_s.to_numpy() + PING_S < acknowledged.sent_at_s).all()
+        before = signals.drop(acknowledged.index).dropna(subset="ping")
+        about = pings.loc[before.ping]
+        whose = np.where(before.sender == "ASV0", before.to, before.sender)
+        assert about.auv.tolist() == whose.tolist()
+        assert (about.sent_at_s.to_numpy() >= before.sent_at_s).all()
         heard[repeat] = pings.heard_by.mean()
         assert result.setup.schedule.access == "program"  # no closed form tells of it
     assert len(pings) > 10

@@ -283,17 +283,10 @@ def _signals(result: "Result", ping: Any) -> Iterator[str]:
 
 
 def acknowledged(result: "Result", ping: Any) -> Iterator[Step]:
-    """Yield the acknowledgements sent to an AUV from this ping to its next, with their outcomes.
-
-    One of them may acknowledge an earlier ping and come late.
-    """
-    if "signals" not in result.tables or not is_sent(ping):
+    """Yield the acknowledgements of a ping, with their outcomes at its AUV."""
+    if "signals" not in result.tables:
         return
-    pings, signals = result.tables["pings"], result.tables["signals"]
-    later = pings.sent_at_s[(pings.auv == ping.auv) & (pings.sent_at_s > ping.sent_at_s)].min()
-    since = ping.sent_at_s + result.scenario.acoustics.hf.ping_s
-    told = rows_where(signals, kind=ACKNOWLEDGEMENT, to=ping.auv)
-    told = told[(told.sent_at_s >= since) & ~(told.sent_at_s >= later)]
+    told = rows_where(result.tables["signals"], kind=ACKNOWLEDGEMENT, ping=ping.ping)
     for signal in told.itertuples():
         met = rows_where(
             result.tables["signal_receptions"], signal=signal.signal, listener=ping.auv

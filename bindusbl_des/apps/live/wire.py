@@ -37,12 +37,14 @@ class Wire:
 
         def hear(data: bytes) -> None:
             nonlocal rest
-            *lines, rest = (rest + data).split(b"\n")
+            if self._modem is None:
+                return
+            lines, rest = self._modem.lines_of(rest + data)
             rest = rest[-LONGEST_LINE:]
-            if self._modem is not None and lines:
+            if lines:
                 self._catch_up()
-                for line in lines:
-                    self._modem.hear(line.strip(b"\r"))
+            for line in filter(None, lines):
+                self._modem.hear(line)
 
         return hear
 

@@ -236,6 +236,8 @@ class Mission:
         if until > self._time:
             with self._at_work():
                 self._happen(until)
+                if self.modems:
+                    self._env.show(until)
                 if until == end:
                     self._world.network.close(end)
                     self._world.auv_fleet.advance(end)

@@ -61,6 +61,12 @@ class MissionEnvironment(simpy.Environment):
         while queue and queue[0][0] <= last:  # `run(until)` may stop beside it by a rounding
             step()
 
+    def show(self, instant: float) -> None:
+        """Let the clock show an instant (s) up to which all has happened: who acts from outside
+        acts then, not at the last event.
+        """
+        self._now = max(self._now, instant)
+
     def happen_next(self) -> None:
         """Run the next event."""
         super().step()

@@ -374,6 +374,12 @@ class Signal:
     level_db: float | None = column(
         "dB", "level at which it was sent, re 1 uPa at 1 m, where the program chose one"
     )
+    ping: int | None = column(
+        "1",
+        "ping that it acknowledges; else the next of the AUV that sends it, or to which it is "
+        "sent; null: there is none, or no program of access sent it",
+        None,
+    )
 
 
 @dataclass(slots=True)

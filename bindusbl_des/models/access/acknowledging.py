@@ -86,15 +86,15 @@ def acknowledge(node: Node, settings: Acknowledging) -> Steps:
     size = settings.acknowledgement_bytes
     assert size is not None
     turn_s, place = _turn_s(node, size), node.asvs.index(node.name)
-    due: list[tuple[float, str]] = []
+    due: list[tuple[float, str, int | None]] = []
     while True:
         within = max(due[0][0] - node.clock, 0.0) if due else None
         heard: HeardSignal | None = yield node.hears(within_s=within)
         if heard is None:
-            time, auv = due.pop(0)
+            time, auv, ping = due.pop(0)
             if node.clock - time < turn_s:
-                yield node.send(ACKNOWLEDGEMENT, to=auv, bytes=size)
+                yield node.send(ACKNOWLEDGEMENT, to=auv, bytes=size, ping=ping)
         elif heard.kind == PING:
-            due.append((heard.ended_at_s + place * turn_s, heard.sender))
+            due.append((heard.ended_at_s + place * turn_s, heard.sender, heard.ping))
         elif heard.kind == ACKNOWLEDGEMENT:
             due = [one for one in due if one[1] != heard.to]

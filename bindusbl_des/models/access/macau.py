@@ -116,4 +116,5 @@ def clear(node: Node, settings: Macau, pinged_s: float) -> Steps:
 def acknowledge_once(node: Node, settings: Macau, heard: HeardSignal, partner: str | None) -> Steps:
     """Acknowledge the ping of the AUV that an ASV has cleared, where pings are acknowledged."""
     if settings.acknowledgement_bytes is not None and heard.sender == partner:
-        yield node.send(ACKNOWLEDGEMENT, to=partner, bytes=settings.acknowledgement_bytes)
+        size = settings.acknowledgement_bytes
+        yield node.send(ACKNOWLEDGEMENT, to=partner, bytes=size, ping=heard.ping)

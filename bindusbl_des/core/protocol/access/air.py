@@ -6,6 +6,7 @@ as they end there.  At other AUVs they are sounds beside all other signals, on t
 that overlap it, and deafens its sender meanwhile.
 """
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
 from itertools import count
@@ -212,12 +213,13 @@ class SharedAir:
         number = len(self._record.signals)
         kind, to, size, level = message.kind, message.to, message.bytes, message.level_db
         name = self.names[sender]
-        self._record.signals.append(Signal(number, kind, name, to, time, lasts, size, level))
+        row = Signal(number, kind, name, to, time, lasts, size, level, message.ping)
+        self._record.signals.append(row)
         self._said.append(message)
         self._spare(sender, level, time, lasts)
         fleet, own = (0, sender) if sender < self.auvs else (1, sender - self.auvs)
         if self._uplink.on_signal is not None:
-            self._uplink.on_signal(self._record.signals[-1])
+            self._uplink.on_signal(row)
         if own not in self._fleets[fleet].failed(time):
             self._emit(BY_SIGNAL, number, sender, time, lasts, len(self.names), level)
 
@@ -364,7 +366,11 @@ class SharedAir:
         )
 
     def close(self, time: float) -> None:
-        """Record the outcome of each signal at each vehicle by an instant (s), the end."""
+        """Record the outcome of each signal at each vehicle by an instant (s), the end, and the
+        ping that it is about.
+        """
+        if self._ping is not None:
+            self._join_pings()
         rows, table = self._sounds.rows, self._record.signal_receptions
         self._sounds.settle(time)
         told = (rows["kind"] == BY_SIGNAL) | (rows["kind"] == BY_PING)
@@ -379,6 +385,18 @@ class SharedAir:
             failing = self._sounds.failing(rows[here]) & np.isin(lines["outcome"], (HEARD, LOST))
             lines["outcome"][failing], lines["why"][failing] = LOST, FAILED_MEANWHILE
             table.rows[place[here[told[here]]]] = lines[told[here]]
+
+    def _join_pings(self) -> None:
+        """Note of each signal the next ping of the AUV that sent it, or to which it was sent."""
+        pings = self._record.pings.rows
+        sent = pings["sent_at_s"].tolist()
+        own = zip(self.names, by_number(pings["auv"], self.auvs), strict=False)
+        pings_of = {name: here.tolist() for name, here in own}
+        for signal in self._record.signals:
+            here = pings_of.get(signal.sender, pings_of.get(signal.to or "", []))
+            place = bisect_left(here, signal.sent_at_s, key=sent.__getitem__)
+            if signal.ping is None and place < len(here):
+                signal.ping = here[place]
 
     def _met(self) -> Pings:
         """Return the pings that sound at ASVs."""

@@ -12,10 +12,11 @@ and, at the other modem,
 
     RECVIM,5,1,2,ack,53125,-60,150,0.0,hello
 
-A line that begins with `+++AT` (as of a host that leaves the modem in data mode) is answered as
-`+++AT*SENDIM:2:OK`, and what happens is told as `+++AT:9:RECVSTART` from then on.  `AT?AL` and
-`AT!AL` are the address, `AT?AR` and `AT!AR` (reported as `RADDR,2`) the other's, `AT?T` is the last
-travel time (us), `AT?CA` the sound speed (m/s), `AT?S` the state, `ATI` the make.
+The bytes of a message may be any, line ends among them; where fewer than said have come, the modem
+waits for more.  A line that begins with `+++AT` (as of a host that leaves the modem in data mode)
+is answered as `+++AT*SENDIM:2:OK`, and what happens is told as `+++AT:9:RECVSTART` from then on.
+`AT?AL` and `AT!AL` are the address, `AT?AR` and `AT!AR` (reported as `RADDR,2`) the other's, `AT?T`
+is the last travel time (us), `AT?CA` the sound speed (m/s), `AT?S` the state, `ATI` the make.
 
 `USBLLONG` has the times of report and measurement (s), the other's address, where it is (m): to
 starboard, ahead, up; east, north, up; roll, pitch and yaw (rad, anticlockwise from north), the
@@ -27,10 +28,11 @@ the bytes that a message needs on the air beside its content (`header_bytes`), s
 integrity and the accuracy of USBL reports.
 """
 
+import re
 from math import asin, atan2, cos, pi, remainder, sin
 from typing import Any
 
-from .hosted import ALL, Modem, ModemMessage, Request
+from .hosted import ALL, LINE_END, Modem, ModemMessage, Request
 from .node import HeardSignal
 
 # The address of all modems on the wire, and the highest of one modem.
@@ -38,6 +40,9 @@ BROADCAST, HIGHEST = 255, 254
 
 # The longest instant message (bytes)
 LONGEST = 64
+
+# The beginning of a command that sends one, up to its content, with that one's length
+MESSAGE = re.compile(rb"(?:\+\+\+)?AT\*SENDIM,(?:p\d+,)?(\d{1,2}),\d+,\w+,")
 
 # Not simulated: strength (dB) and integrity of signals, accuracy of USBL (rad).
 STRENGTH_DB, INTEGRITY, ACCURACY = -60, 150, 0.01
@@ -53,6 +58,19 @@ class Evologics(Modem):
     way_s, remote = 0.0, 1
 
     # The wire
+
+    @staticmethod
+    def lines_of(text: bytes) -> tuple[list[bytes], bytes]:
+        """As of any modem, but line ends among the bytes of an instant message are content."""
+        lines: list[bytes] = []
+        while True:
+            message = MESSAGE.match(text)
+            content_ends = 0 if message is None else message.end() + int(message[1])
+            end = re.compile(LINE_END).search(text, content_ends)
+            if end is None:
+                return lines, text
+            lines.append(text[: end.start()])
+            text = text[end.end() :]
 
     @staticmethod
     def ping(to: int) -> bytes:
@@ -90,8 +108,8 @@ class Evologics(Modem):
         receiver = ALL if address == BROADCAST else address
         self.send(ModemMessage(receiver, self.address, role, content), self.header_bytes + length)
         lasts = round(1e6 * self.node.lasts_s(self.header_bytes + length))
-        self._report(f"SENDSTART,{address},im,{lasts},0")
-        over = self.node.wait(1e-6 * lasts)
+        begins, over = self.node.wait(0.0), self.node.wait(1e-6 * lasts)  # after the OK
+        begins.callbacks.append(lambda _: self._report(f"SENDSTART,{address},im,{lasts},0"))
         over.callbacks.append(lambda _: self._report(f"SENDEND,{address},im,{self._us},{lasts}"))
         return b"OK"
 

@@ -13,6 +13,7 @@ A modem does one thing at a time: while it sends, or waits for an answer, it is 
 answer up that does not come within the travel time to `timeout_m` and back.
 """
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from math import sqrt
@@ -23,6 +24,8 @@ from .node import HeardSignal, Node
 
 # The address of all modems at once
 ALL = 0
+
+LINE_END = rb"[\r\n]+"
 
 
 class ModemMessage(NamedTuple):
@@ -98,6 +101,12 @@ class Modem(ABC):
         self._until = 0.0  # s
 
     # The wire
+
+    @staticmethod
+    def lines_of(text: bytes) -> tuple[list[bytes], bytes]:
+        """Return the lines of a host that have ended, CR, LF or both, and what is behind them."""
+        *lines, rest = re.split(LINE_END, text)
+        return lines, rest
 
     def hear(self, text: bytes) -> None:
         """Take a line of the host, now."""

@@ -208,6 +208,7 @@ class Node:
         data: Any = None,
         waited_s: float | None = None,
         level_db: float | None = None,
+        ping: int | None = None,
     ) -> simpy.Event:
         """Send a signal that begins now; return the event of its end.
 
@@ -215,13 +216,14 @@ class Node:
         long as its bytes take at `acoustics.hf.bit_rate_bps`.  How long (s) a ping was held back,
         `waited_s`, is put on record.  Where the channel has levels a signal may be sent at a lower
         one than the channel's `source_level_db`: `level_db` (dB re 1 uPa at 1 m), with as much less
-        power.
+        power.  The number of the `ping` that a signal acknowledges is put on record.
 
         Raises:
             ValueError: when an ASV is to ping, the vehicle still sends, no vehicle is named `to`,
                 the signal does not last a finite time above 0, or there is no such level.
         """
-        return self.air.send(self, ToSend(kind, to, bytes, lasts_s, data, level_db), waited_s)
+        message = ToSend(kind, to, bytes, lasts_s, data, level_db, ping)
+        return self.air.send(self, message, waited_s)
 
     def sight(self, heard: HeardSignal) -> Any:
         """Return what an ASV has measured of a ping, as that ends there, with the noise that its
@@ -270,3 +272,4 @@ class ToSend(NamedTuple):
     lasts_s: float | None
     data: Any
     level_db: float | None = None
+    ping: int | None = None

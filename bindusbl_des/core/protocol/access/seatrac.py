@@ -222,16 +222,16 @@ class Seatrac(Modem):
     def _ordered(self, code: int, content: bytes) -> bytes:
         """Send the message of a command (code and content); return the reply to the host."""
         if code == NAV_STATUS_SEND:
-            to, kind, data = ALL, OWAY, _counted(content)
+            to, kind, data = ALL, OWAY, content[:1] + _counted(content[1:])
         elif code == NAV_SEND:
             to, kind, data = content[0], REQU, content[1:2] + _counted(content[2:])
         else:
             to, kind = content[0], content[1]
             data = b"" if code == PING_SEND else _counted(content[2:])
-        asks = kind in ANSWER_TO
+        asks, named = kind in ANSWER_TO, content[0]  # whom the host names in its command
         is_right = (
             (asks or (kind in (OWAY, OWAYU) and code in (DAT_SEND, NAV_STATUS_SEND)))
-            and to <= MOST_BEACONS and to != self.address and not (asks and to == ALL)
+            and named <= MOST_BEACONS and to != self.address and not (asks and to == ALL)
             and len(data) <= MOST_BYTES
         )  # fmt: skip
         status = INVALID if not is_right else BUSY if self.is_busy else OK
@@ -240,7 +240,7 @@ class Seatrac(Modem):
                 to, self.address, "asks" if asks else "tells", Content(kind, code, data)
             )
             self.send(said, self.header_bytes + len(data))
-        return bytes((status,)) if code == NAV_STATUS_SEND else bytes((status, to))
+        return bytes((status, named))
 
     def _queued(self, code: int, content: bytes) -> bytes:
         """Change or report the content of answers to a beacon; return the reply to the host."""
@@ -377,7 +377,8 @@ class Seatrac(Modem):
         about = message.content.about
         if about == PING_SEND:
             return fix
-        fix += bytes((message.sender,)) if about == NAV_STATUS_SEND else b""
+        if about == NAV_STATUS_SEND:
+            fix, data = fix + data[:1], data[1:]
         fix += bytes((255 * is_answer,)) if about == DAT_SEND else b""
         return fix + bytes((len(data),)) + data + (b"" if about == ECHO_SEND else b"\xff")
 
