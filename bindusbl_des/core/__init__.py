@@ -11,7 +11,8 @@ comes out: rows, tables, metrics.
 
 Of the parts that ship, downlinks (`protocol.downlinks`), routes and placements
 (`scenario.sections`), hulls (`vehicles.hulls`) and filters (`navigation`) are in the core; the
-others are in `..models`.  The core names a part by the text of `scenario.families` alone.  What
+others are in `..models`, and the core names them by the text of `scenario.families` alone; what
+reads charts and data sheets (`..models.charts`, `..models.presets`) lies below it.  What
 reasons about missions is in `..apps`, what knows nothing of the sea in `..support`.
 
 Numbers are worked out by functions that are `@compiled` by numba (`..support.compiled`).  Where

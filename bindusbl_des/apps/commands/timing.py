@@ -259,9 +259,11 @@ def _groups(rounds: "Rounds", shares: bool) -> Iterator[str]:
             lengths = [rounds.least(groups, 0), rounds.length(groups, 0)]
             yield f"{groups:>14}{span(lengths):>18}{_rates(lengths):>18}"
         return
-    each = (
-        "one ping group .. a group for each AUV" if len(ends) > 1 else "a ping group for each AUV"
-    )
+    each = " .. ".join(
+        "a ping group for each AUV" if groups == rounds.auvs
+        else "one ping group" if groups == 1 else f"{groups} ping groups"
+        for groups in ends
+    )  # fmt: skip
     if shares:
         yield "parallel: ASVs broadcast at once, each to AUVs that hear no other; if one has all:"
     yield f"A round of K fixes, with {each}:"

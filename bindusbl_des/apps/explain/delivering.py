@@ -326,8 +326,8 @@ def _why_it(result: "Result", fix: Any, frame: Any) -> str:
     rule, chosen = result.scenario.protocol.broadcaster, result.setup.broadcaster
     count, gone = result.scenario.asvs.count, failed_asvs(result, fix.broadcast_at_s)
     able, by = [n for n in range(count) if n not in gone], fix.broadcast_by
-    if rule.is_own:
-        return f"{rule.words}: the plug-in chose {by}"
+    if rule.is_own or not chosen.chosen_by:
+        return f"{rule.words}: {'the plug-in' if rule.is_own else 'a rule of its own'} chose {by}"
     if chosen.chosen_by == "turn":
         parts = result.tables["broadcasts"].part[: frame.name + 1]
         number = int((parts == 0).sum()) - 1  # one broadcast may be several frames

@@ -6,6 +6,7 @@ from math import dist
 
 from ....support.mistakes import Problem
 from ...geometry.lanes import SHORTEST_LANE, lane_count
+from ..families import AUV
 from ..groups import Wing
 from ..key_types import Position
 from ..sections.placements import Formation
@@ -176,6 +177,7 @@ def _wind(site: Site) -> Iterator[Problem]:
 def vehicles_problems(site: Site) -> Iterator[Problem]:
     """Yield vehicles that cannot fly their route or steer by estimates, and idle currents."""
     water, hulls = site.scenario.environment, list[str]()
+    steered = AUV.having(lambda traits: traits.has_dynamics)
     for group in site.groups:
         vehicle, hull = group.vehicle, group.key("vehicle")
         route = group.route
@@ -189,7 +191,7 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
         if group.by_estimate and not vehicle.has_dynamics:
             yield Problem(
                 group.key("feedback"),
-                f"a {vehicle} vehicle does not steer; use truth, or vehicle bluerov2 or remus100",
+                f"a {vehicle} vehicle does not steer; use truth, or vehicle {' or '.join(steered)}",
                 (hull,),
             )
     for name in ("heading_sd_deg", "drift") if site.scenario.protocol.asvs_ping else ():
@@ -210,10 +212,11 @@ def vehicles_problems(site: Site) -> Iterator[Problem]:
         yield Problem(
             f"environment.{'current' if water.has_field else 'current_m_per_s'}",
             "a current moves neither kinematic nor moored vehicles, nor dead reckoning over "
-            "ground, as of AUVs with a DVL that sees the bottom; for these set it to 0, they keep "
-            "their way over ground, or use a vehicle with dynamics (remus100, bluerov2), which "
-            "steers against it; for AUVs whose log measures through the water set "
-            "navigation.velocity to through_water",
+            "ground, as of AUVs with a DVL that sees the bottom; for these "
+            f"{'leave it out' if water.has_field else 'set it to 0'}, they keep their way over "
+            f"ground, or use a vehicle with dynamics ({', '.join(steered)}), which steers against "
+            "it; for AUVs whose log measures through the water set navigation.velocity to "
+            "through_water",
             (*dict.fromkeys(hulls), "asvs.vehicle", "navigation.velocity"),
         )
 
