@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 
 from ...core.records.metrics import (
+    LESS_IS_BETTER,
     METRICS_ARE,
     WORST,
-    WORST_IS_LARGEST,
     AuvMetrics,
     Utilisation,
     unit_of,
@@ -24,19 +24,6 @@ OF_AUVS = tuple(field.name for field in fields(AuvMetrics) if field.name != "auv
 # Metrics of whole missions alone; collisions are also an AUV's metric, which is the one meant.
 OF_MISSIONS = tuple(field.name for field in fields(Utilisation) if field.name not in OF_AUVS)
 
-# Whether a smaller value is better, also of whole missions.
-LESS_IS_BETTER = {
-    **WORST_IS_LARGEST,
-    "energy_j": True,
-    "energy_per_fix_j": True,
-    "area_covered_m2": False,
-    "area_covered_share": False,
-    "survey_finished_at_s": True,
-    "fairness": False,
-    "throughput_bps": False,
-    "fix_latency_p50_s": True,
-    "fix_latency_p95_s": True,
-}
 KEYS = ("metric", "below", "above", "of", "lost")
 
 # The most vessels that may be lost at once.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...core.records.metrics import SHARES, name_of, unit_of
+from ...core.records.metrics import name_of, unit_of
 from ...core.setup import Setup
 from ...support.arrays import Floats
 from ...support.wording import LONG_S, amount, counted, number, significant, timed, with_ends
@@ -45,7 +45,7 @@ def units(metric: str) -> dict[str, Any]:
         words, unit = name_of(metric), unit_of(metric)
     except KeyError:
         return {"words": metric, "unit": "", "factor": 1.0}
-    if metric in SHARES:
+    if unit == "share":
         return {"words": words, "unit": "%", "factor": 100.0}
     return {"words": words, "unit": "" if unit == "count" else unit, "factor": 1.0}
 

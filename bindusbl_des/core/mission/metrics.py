@@ -45,10 +45,15 @@ AUV_METRICS = row_type(AuvMetrics)
 NAMES = AUV_METRICS.names or ()
 
 # Metrics that every AUV has ("") or every AUV with some of another metric, by name
-NUMBERS = {name: "" for name in NAMES if name in never_null("auvs") and AUV_METRICS[name] == "f8"}
+NUMBERS = {name: "" for name in NAMES if name in never_null("auvs")}
 NUMBERS |= {"fix_error_rms_m": "fixes", "latency_mean_s": "fixes_delivered"}
 PLACES = [NAMES.index(name) for name in NUMBERS]
-
+# An AUV's metrics before they are worked out: defaults, else all bits set (NaN as a float, NONE as
+# an integer)
+UNKNOWN = np.full(1, NONE).repeat(len(NAMES)).view(AUV_METRICS)
+for _metric in fields(AuvMetrics):
+    if isinstance(_metric.default, int):
+        UNKNOWN[_metric.name] = _metric.default
 
 Energies = tuple[Floats, Floats] | None
 
@@ -65,7 +70,7 @@ def auv_metrics(world: World, energies: Energies) -> Rows:
     scenario, count = world.setup.scenario, len(world.auv_fleet)
     begin = scenario.record.metrics_from_s
     times = instants(scenario.duration_s, scenario.record.metrics_hz, begin)
-    metrics, errors = np.zeros(count, dtype=AUV_METRICS), np.empty(len(times))
+    metrics, errors = UNKNOWN.repeat(count), np.empty(len(times))
     metrics["auv"] = np.arange(count)
     look = heard_by_auvs if scenario.protocol.asvs_ping else heard_of_auvs
     for name, its_own in (look(world.record, count, begin) | world.trajectories.metrics).items():
@@ -113,12 +118,15 @@ def _refuse(auv: int, trouble: str) -> NoReturn:
 
 
 def _refuse_missing(metrics: Rows) -> None:
-    """Refuse metrics (n,) if one that every AUV should have is missing, naming it and the AUV."""
+    """Refuse metrics (n,) if one that every AUV should have is missing, naming it and the AUV: it
+    is no number, or was not worked out.
+    """
     numbers: Any = metrics.view(np.float64)
     if not np.isnan(numbers.reshape(len(metrics), -1)[:, PLACES]).any():
         return
     for name, made_of in NUMBERS.items():
-        lost = np.isnan(metrics[name]) & ((metrics[made_of] > 0) if made_of else True)
+        unknown: Any = metrics[name].view(np.float64)
+        lost = np.isnan(unknown) & ((metrics[made_of] > 0) if made_of else True)
         if lost.any():
             _refuse(int(lost.argmax()), f"{name} is no number")
 

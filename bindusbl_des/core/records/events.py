@@ -15,13 +15,14 @@ NONE = -1
 LARGEST, SMALLEST = "largest", "smallest"
 
 
-def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "") -> Any:
+def column(unit: str, meaning: str, default: Any = MISSING, worst: str = "", **more: Any) -> Any:
     """Describe one column: its unit ("" for names and labels) and its meaning.
 
     `worst` says which of a fleet's values of a metric is the worst, LARGEST or SMALLEST; empty
-    where neither is good or bad.
+    where neither is good or bad; `more` is what a metric says beside.
     """
-    return field(default=default, metadata={"unit": unit, "meaning": meaning, "worst": worst})
+    told = {"unit": unit, "meaning": meaning, "worst": worst, **more}
+    return field(default=default, metadata=told)
 
 
 # Outcomes of receptions and fixes; a buffer stores the index of the word.
