@@ -1,4 +1,6 @@
-"""The rangings and their traits; :mod:`..core.protocol.ranging` makes their pings."""
+"""The rangings: those of :mod:`..core.protocol.ranging` by what they declare alone; a further one
+is a function of a :class:`..core.protocol.ranging.Slot`, as a user's own.
+"""
 
 from ..core.scenario.families import RangingTraits
 from ..core.scenario.key_types import Real, key

@@ -116,6 +116,10 @@ class Family(Generic[Record]):
             self._found[name] = found
         return found
 
+    def known(self, name: str) -> Any:
+        """Return a shipped part, or a user-defined one that is loaded; else None."""
+        return self.part(name) if name in self.parts else loaded(name)
+
     def declared(self, name: str) -> Record:
         """Return the declarations of a part: of a user-defined one, if loaded, its attributes."""
         if name in self.parts:

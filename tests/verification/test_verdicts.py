@@ -369,7 +369,7 @@ def test_pings_that_meet_refuse_no_frames() -> None:
     assert all(signal.what.startswith("ping") for signal in verdict.witness.signals)
     proved = judged({"acoustics": {"mf": bands["hf"]}, "protocol": {"conflict_margin_m": 20.0}})
     assert {pair.kind: pair.verdict for pair in proved.pairs} == {
-        "sound without a range": "undecided", "same slot": "accepted",
+        "sound beyond the range": "undecided", "same slot": "accepted",
         "consecutive slots": "accepted",
     }  # fmt: skip
 

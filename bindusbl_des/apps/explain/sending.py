@@ -121,8 +121,9 @@ def _call(result: "Result", ping: Any) -> Iterator[Step]:
 def _caller(result: "Result", ping: Any) -> str:
     """Tell why this ASV calls."""
     protocol = result.scenario.protocol
-    if protocol.ranging.is_own:
-        return f"{protocol.ranging}: the plug-in chose it"
+    if protocol.pings_by_steps:
+        whose = "the plug-in" if protocol.ranging.is_own else "a rule of its own"
+        return f"{protocol.ranging}: {whose} chose it"
     others = "no other ASV that works" if failed_asvs(result, ping.called_at_s) else "no other ASV"
     polled = result.setup.schedule.turn_by == "calls"
     rule = protocol.schedule if polled else protocol.ranging

@@ -238,6 +238,9 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
         if is_plugin(str(name)):
             why = "who sends when only the plug-in says: nothing is proved beyond what was played"
             yield undecided("part of one's own", str(name), why, None)
+    if protocol.pings_by_steps and not protocol.ranging.is_own:
+        why = "its steps say when AUVs ping: nothing is proved beyond what was played"
+        yield undecided("ranging by steps", str(protocol.ranging), why, "hf")
     if protocol.random_access and case.setup.schedule.access == "program":
         why = "who sends when its program says, by what it hears: nothing is proved beyond play"
         yield undecided("program of access", str(protocol.program), why, "hf")
@@ -267,8 +270,8 @@ def _unknown(case: Case) -> Iterator[SignalPair]:
             )
             yield undecided("Doppler limit", what, why, band)
         if not traits.ends_at_range:
-            why = f"with the channel {str(channel)!r} sound ends at no range"
-            yield undecided("sound without a range", what, why, band)
+            why = f"how far sound reaches is told by the channel {str(channel)!r}, not by range_m"
+            yield undecided("sound beyond the range", what, why, band)
     known = protocol.asvs_ping or protocol.schedule.is_own or protocol.random_access
     if not known and not case.setup.schedule.is_proved:
         why = "nothing is proved of this schedule beyond what was played"

@@ -21,7 +21,7 @@ from ...support.streams import Purpose, Streams
 from ..records.events import Assignment, Round
 from ..records.rows import EventBuffer, Recorder
 from .frames import MfDownlink
-from .ranging import OneWay, OwnRanging, TwoWay
+from .ranging import BySteps, OneWay, TwoWay
 from .slots import Slots
 from .steps import SAME, moment
 from .view import Schedule, TimedGroups, View
@@ -161,7 +161,7 @@ class Dissemination:
     slots: Slots
     record: Recorder
     downlink: MfDownlink
-    ranging: OneWay | TwoWay | OwnRanging
+    ranging: OneWay | TwoWay | BySteps
     schedule: Schedule
     view: Callable[[int, float], View]
     opens: Callable[[int], float]

@@ -27,7 +27,7 @@ from .happenings import Happenings, Watch
 from .outcomes import Outcomes
 from .pings import HfBand
 from .predicted_positions import PredictedPositions
-from .ranging import OneWay, OwnRanging, TwoWay
+from .ranging import BySteps, OneWay, TwoWay
 from .slots import Slots
 from .view import Groups, KnownFixes, Schedule, View
 
@@ -204,7 +204,7 @@ class Network(HfNetwork):
     """
 
     deliveries: MfDownlink
-    ranging: OneWay | TwoWay | OwnRanging
+    ranging: OneWay | TwoWay | BySteps
     downlink: Downlink
     frame_s: float
     schedule: Schedule

@@ -16,7 +16,7 @@ from ...support.streams import Purpose, Streams
 from ..records.events import HEARD, IN_FLIGHT
 from ..records.rows import CALLED, Rows
 from ..scenario.families import RANGING
-from ..scenario.part_choice import own_part
+from ..scenario.part_choice import own_part, shipped_part
 from ..scenario.sections.protocol import Protocol
 from ..scenario.site import Site
 from ..vehicles.fleet import VehicleFleet
@@ -138,7 +138,7 @@ class TwoWay:
 
 
 class Slot:
-    """The slot of a ping group, for a user-defined ranging: what the fleet knows, and verbs.
+    """The slot of a ping group, for a ranging by steps: what the fleet knows, and verbs.
 
     `round` and `number` count rounds, and slots in a round; `group` are the AUVs; `view` is what
     the schedule knew; `random` is the ranging's own random stream.
@@ -146,7 +146,7 @@ class Slot:
 
     def __init__(
         self,
-        ranging: "OwnRanging",
+        ranging: "BySteps",
         round_number: int,
         number: int,
         group: Sequence[int],
@@ -214,8 +214,8 @@ class Slot:
 
 
 @dataclass(frozen=True)
-class OwnRanging:
-    """A user-defined ranging, whose steps are checked.
+class BySteps:
+    """A ranging that is a function of a slot, user-defined or shipped, whose steps are checked.
 
     `pinging_until` is when (s) the last ping of each AUV ends.
     """
@@ -248,7 +248,7 @@ def ranging_of(
     uplink: HfBand,
     streams: Streams,
     answers: Answers | None = None,
-) -> OneWay | TwoWay | OwnRanging:
+) -> OneWay | TwoWay | BySteps:
     """Return the ranging of a protocol; AUVs ping so much `late` (s), None: on time; `answers`
     follow the calls of polling.
 
@@ -256,13 +256,14 @@ def ranging_of(
         PluginError: when a user-defined one is not allowed, or cannot be loaded or called.
     """
     name = protocol.ranging
+    if protocol.pings_by_steps:
+        shipped = None if name.is_own else shipped_part(RANGING, name)
+        part = own_part(RANGING, name) if shipped is None else OwnPart(RANGING.key, name, shipped)
+        return BySteps(part, env, uplink, streams.of(Purpose.RANGING))
     if protocol.calls:
         delay, one_way = protocol.turnaround_s, RANGING.declared(name).own_clocks
         return TwoWay(env, uplink, turnaround=delay, one_way=one_way, answers=answers)
-    if name in RANGING.parts:
-        return OneWay(env, uplink, late)
-    draw = streams.of(Purpose.RANGING)
-    return OwnRanging(own_part(RANGING, name), env, uplink, draw)
+    return OneWay(env, uplink, late)
 
 
 def nearest(view: View, group: Sequence[int], failed: Sequence[int] = ()) -> Ints:

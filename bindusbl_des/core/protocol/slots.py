@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...support.clock import Clock
-from ...support.plugins import PluginError, asked, loaded, shown
+from ...support.plugins import PluginError, asked, shown
 from ..acoustics.messages import Message, Messages, Modem
 from ..scenario.families import RANGING
 from ..scenario.scenario_keys import Traffic
@@ -272,13 +272,13 @@ def _uplink_slot(protocol: Protocol, ping: float, longest: float, crossing: floa
 
 
 def _own_slot(name: str, ping_s: float, way_s: float, crossing_s: float) -> float | None:
-    """Return the uplink slot (s) of a user-defined ranging, by its `slot_s`; None if it has none or
+    """Return the uplink slot (s) of a ranging by steps, by its `slot_s`; None if it has none or
     is not loaded: then a slot holds one ping and its travel time.
 
     Raises:
         PluginError: when `slot_s` raises anything, or returns no time.
     """
-    ask = asked(RANGING.key, name, getattr, loaded(name), "slot_s", None)
+    ask = asked(RANGING.key, name, getattr, RANGING.known(name), "slot_s", None)
     if ask is None:
         return None
     found = asked(RANGING.key, name, ask, ping_s, way_s, crossing_s, when=" as slot_s was asked")

@@ -36,7 +36,7 @@ def uplink_slots(result: "Result", number: int) -> list[Span]:
         return [_cycle(result, row)]
     slots, starts = result.setup.slots, _first_pings(result, number)
     length = slots.uplink_slot
-    if result.scenario.protocol.ranging.is_own:  # only it knew, and it is not asked here
+    if result.scenario.protocol.pings_by_steps:  # only it knew, and it is not asked here
         starts, length = {}, (row.uplink_s or 0.0) / max(row.colours, 1)
     spans: list[Span] = []
     ends = float(row.started_at_s)

@@ -18,7 +18,6 @@ from ....core.scenario import families
 from ....core.setup import Setup
 from ....core.usbl.measuring import variances
 from ....support.arrays import Floats
-from ....support.plugins import loaded
 from ....support.wording import plain
 from ...preflight.band_warnings import ALWAYS_HEARING, messages, shifted_bands
 from ...preflight.fix_chance import below, frame_chance, loses_pings, ping_chance
@@ -340,7 +339,7 @@ def _slots(setup: Setup) -> SlotLengths:
     clock, messages = slots.clock, slots.messages
     two_way = protocol.calls
     named = scenario.auvs.count if setup.tells_slots else 0
-    own = protocol.ranging.is_own and hasattr(loaded(protocol.ranging), "slot_s")
+    own = hasattr(families.RANGING.known(protocol.ranging), "slot_s")
     return SlotLengths(
         slots.ping_duration,
         2 if two_way else 1,

@@ -145,7 +145,7 @@ def _ordered(site: Site) -> Iterator[Problem]:
     """Yield parts that do not fit a schedule that calls AUVs, or that tells them when to ping."""
     protocol, others = site.scenario.protocol, ("protocol.schedule",)
     schedule = site.schedule
-    if schedule.calls and protocol.ranging.is_own:
+    if schedule.calls and protocol.pings_by_steps:
         known = [name for name, traits in RANGING.traits.items() if not traits.asvs_ping]
         yield Problem(
             "protocol.ranging",

@@ -16,6 +16,7 @@ from ..families import (
     SCHEDULE,
     AnswerSettings,
     DisseminationSettings,
+    RangingTraits,
     ScheduleTraits,
 )
 from ..key_types import PAPER, Moved, Part, Real, Section, Whole, formerly, key
@@ -322,6 +323,13 @@ class Protocol(Section):
         """Whether ASVs call the AUVs, which ping in answer."""
         asked = RANGING.declared(self.ranging)
         return asked.calls or (self.scheduling.calls and not asked.asvs_ping)
+
+    @property
+    def pings_by_steps(self) -> bool:
+        """Whether AUVs ping in the steps of a function of their slot: a user-defined ranging, or
+        one that ships as such.  Nobody knows beforehand what it does.
+        """
+        return self.ranging.is_own or not isinstance(RANGING.part(self.ranging), RangingTraits)
 
     @property
     def pinging(self) -> str:
