@@ -12,7 +12,6 @@ import bindusbl_des
 from bindusbl_des import Scenario, View, ping_group, simulate
 from bindusbl_des.core.protocol.network import Steps
 from bindusbl_des.core.scenario import families
-from bindusbl_des.core.scenario.sections import placements, routes
 
 LIBRARY = Path(bindusbl_des.__file__).parent
 ROOT = Path(__file__).parents[1]
@@ -23,16 +22,17 @@ AMBIGUOUS |= {"positions", "track"}
 NAMES = {name for family in families.FAMILIES for name in family.parts} - AMBIGUOUS
 
 # The models of parts and of their settings: who asks which of them it has asks which part it is.
-SECTIONS = [
+SECTIONS = {
     it
-    for module in (routes, placements)
-    for it in vars(module).values()
-    if isinstance(it, type) and issubclass(it, (routes.RouteTraits, placements.PlacementTraits))
-]
+    for family in (families.ROUTE, families.PLACEMENT)
+    for section in family.traits.values()
+    for it in section.__mro__
+    if it.__module__.endswith(("routes", "placements"))
+}
 MODELS = {it.__name__ for family in families.FAMILIES for it in family.settings.values()} - {
     "Settings"
 }
-MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection"}
+MODELS |= {it.__name__ for it in SECTIONS} | {"OwnSection", "OwnRoute", "OwnPlacement"}
 
 # Where names of parts belong: registries, and the modules in which the parts work.
 HOMES = (

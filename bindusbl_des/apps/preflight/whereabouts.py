@@ -96,7 +96,7 @@ def anchors(setup: Setup) -> Iterator[Problem]:
     if scenario.protocol.asvs_ping:
         yield Problem(
             "asvs.formation.model",
-            f"{asked.MODEL} goes by what is planned alone: with passive ranging AUVs fix "
+            f"{asked.choice} goes by what is planned alone: with passive ranging AUVs fix "
             "themselves, and the fleet knows of no fix",
             ("protocol.ranging",),
         )

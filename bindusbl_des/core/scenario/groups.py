@@ -16,9 +16,16 @@ from .key_types import Point
 from .part_choice import Settings
 from .scenario_keys import ScenarioKeys
 from .sections.navigation import Navigation
-from .sections.routes import Route
 from .sections.usbl import UsblSection
-from .sections.vehicles import Altitude, AsvGroup, AsvUsbl, AsvVehicle, AuvGroup, AuvVehicle
+from .sections.vehicles import (
+    Altitude,
+    AsvGroup,
+    AsvUsbl,
+    AsvVehicle,
+    AuvGroup,
+    AuvVehicle,
+    Route,
+)
 from .shipped_settings import Kinematic
 
 # Keys of a group that for all AUVs are not in `auvs`: the depth, and the errors of own sensors.

@@ -17,7 +17,7 @@ from ..vehicles.tracks import FARTHEST, FASTEST, Track, is_in_air
 from .families import ASV, PLACEMENT, ROUTE
 from .part_choice import PartChoice, own_part
 from .sections.routes import RouteTraits
-from .sections.vehicles import VehicleChoice
+from .sections.vehicles import Placement, Route, VehicleChoice
 
 
 @dataclass(frozen=True)
@@ -96,17 +96,18 @@ def is_mover(answer: Any) -> bool:
     return callable(getattr(answer, "targets", None))
 
 
-def own_placement(choice: PartChoice, view: PlanView) -> Any:
-    """Return the answer of a user-defined placement: stations, or an object that moves ASVs.
+def placed(asked: Placement, view: PlanView) -> Any:
+    """Return what a placement answers to a plan: stations, or an object that moves ASVs.
 
     Raises:
-        PluginError: when it cannot be used.
+        PluginError: when a user-defined one cannot be used.
     """
-    return _answer(PLACEMENT, choice, view)
+    choice = asked.choice
+    return own_part(PLACEMENT, choice)(view) if choice.is_own else asked.stations(view)
 
 
-def own_stations(choice: PartChoice, answer: Any, count: int) -> list[tuple[float, float]]:
-    """Return the stations, [x, y] in m, of `count` ASVs in a user-defined placement's answer.
+def stations(choice: PartChoice, answer: Any, count: int) -> list[tuple[float, float]]:
+    """Return the stations, [x, y] in m, of `count` ASVs in a placement's answer.
 
     Raises:
         PluginError: when the answer has not one station for each ASV.
@@ -124,13 +125,16 @@ def own_stations(choice: PartChoice, answer: Any, count: int) -> list[tuple[floa
     return [(float(x), float(y)) for x, y in places[:, :2]]
 
 
-def own_route(choice: PartChoice, view: PlanView, vehicle: VehicleChoice) -> Points | Tracks:
-    """Return a user-defined route for AUVs of a `vehicle`: way points or a track for each.
+def worked_out(route: Route, view: PlanView, vehicle: VehicleChoice) -> Points | Tracks:
+    """Return what a route answers to the plan of AUVs of a `vehicle`: way points or a track for
+    each.
 
     Raises:
-        PluginError: when it cannot be used, or its answer is no route for each AUV.
+        PluginError: when a user-defined one cannot be used, or the answer is no route for each AUV.
     """
-    answer = asked(ROUTE.key, str(choice), _listed, _answer(ROUTE, choice, view))
+    choice = route.choice
+    answer = own_part(ROUTE, choice)(view) if choice.is_own else route.ways(view)
+    answer = asked(ROUTE.key, str(choice), _listed, answer)
     count = view.auvs
     ways = [_numbers(ROUTE, choice, way) for way in answer or ()]
     widths = {way.shape[1] for way in ways if way is not None and way.ndim == 2 and len(way) > 1}
@@ -200,10 +204,6 @@ def _motion_problem(way: Floats, duration: float) -> str:
     if way[0, 0] >= duration or way[-1, 0] <= 0.0:
         return f"a track must be in the mission, which lasts from 0 to {duration:g} s"
     return ""
-
-
-def _answer(family: Family[Any], choice: PartChoice, view: PlanView) -> Any:
-    return own_part(family, choice)(view)
 
 
 def _listed(answer: Any) -> list[Any] | None:

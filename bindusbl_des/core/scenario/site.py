@@ -29,8 +29,7 @@ from .key_types import Point, Position
 from .part_choice import shipped_part
 from .scenario_keys import ScenarioKeys
 from .sections.acoustics import Downlink, UplinkSection
-from .sections.placements import OwnPlacement
-from .sections.routes import Lawnmower, OwnRoute, RouteTraits
+from .sections.routes import Lawnmower, RouteTraits
 
 if TYPE_CHECKING:
     from ...support.arrays import Flags, Floats
@@ -381,10 +380,10 @@ class Site(Facts):
         places = [*self.area.outline]
         asked_auvs = auvs_of(self.scenario, self.groups)  # whose depths may follow from the bottom
         places += [end for auv in asked_auvs for end in auv[-2:] if end is not None]
-        if not isinstance(self.scenario.asvs.formation, OwnPlacement):
+        if self.scenario.asvs.formation.moored is not None:
             places += self.kept_stations_m
         for wing in self.wings:
-            if not isinstance(wing.asked, OwnRoute):
+            if not wing.asked.is_worked_out:
                 for points in self._positioned(wing.asked).places:
                     places += points
         water = self.scenario.environment.surface_m
@@ -641,12 +640,12 @@ class Site(Facts):
     def route_of(self, wing: Wing) -> RouteTraits:
         """Return the route of one wing; see `routes`."""
         route = wing.asked
-        if not isinstance(route, OwnRoute):
+        if not route.is_worked_out:
             return self._positioned(route)
-        from .own_routes import own_route
+        from .own_routes import worked_out
 
         vehicle = self.auvs[wing.members[0]].group.vehicle
-        return own_route(route.choice, self._view(wing.members), vehicle)
+        return worked_out(route, self._view(wing.members), vehicle)
 
     @fact
     def plans(self) -> "tuple[FlightPlan | None, ...]":
@@ -782,16 +781,14 @@ class Site(Facts):
         asked, count = self.scenario.asvs.formation, self.scenario.asvs.count
         if not count:
             return ()
-        if isinstance(asked, OwnPlacement):
-            from .own_routes import is_mover, own_placement, own_stations
-
-            answer = own_placement(asked.choice, self.plan_view)
-            if is_mover(answer):
-                raise NoStations(str(asked.choice))
-            return tuple(own_stations(asked.choice, answer, count))
         ring = asked.moored
         if ring is None:
-            raise NoStations(asked.choice)
+            from .own_routes import is_mover, placed, stations
+
+            answer = None if asked.moves else placed(asked, self.plan_view)
+            if asked.moves or is_mover(answer):
+                raise NoStations(str(asked.choice))
+            return tuple(stations(asked.choice, answer, count))
         given = self.given_stations_m
         if given is not None:
             return tuple(given)
@@ -846,7 +843,7 @@ class Site(Facts):
         placement = self.scenario.asvs.formation
         if not self.scenario.asvs.count:
             return False
-        if isinstance(placement, OwnPlacement):
+        if placement.moored is None and not placement.moves:
             return not self.kept_stations_m
         return placement.replanned is not None
 

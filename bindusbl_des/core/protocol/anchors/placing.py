@@ -13,24 +13,15 @@ from ....support.arrays import Floats
 from ....support.plugins import PluginError, asked, shown
 from ...records.rows import EventBuffer
 from ...scenario.families import PLACEMENT
-from ...scenario.own_routes import own_placement
-from ...scenario.sections.placements import (
-    REPLAN_S,
-    SPEED_M_PER_S,
-    Assign,
-    Follow,
-    Information,
-    Placed,
-    Visit,
-    Zigzag,
-)
+from ...scenario.own_routes import placed as answer_of
+from ...scenario.sections.placements import REPLAN_S, SPEED_M_PER_S
 from ...scenario.site import Site
 from ...vehicles.fleet import VehicleFleet
 from ...vehicles.vehicle import Steered
 from ..predicted_positions import CarriedForward
 from ..steps import moment
 from ..view import KnownFixes
-from . import assign, follow, information, visit, zigzag
+from .information import FixErrors
 from .view import AnchorView, Mover, OwnMover
 
 
@@ -139,7 +130,7 @@ def anchors_of(
     prediction: CarriedForward,
     known: KnownFixes,
     room: Room,
-    errors: Callable[[], list[information.FixErrors]],
+    errors: Callable[[], list[FixErrors]],
 ) -> Anchors:
     """Return the moving ASVs of a site; `errors` returns each ASV's expected fixes of the AUVs.
 
@@ -150,10 +141,10 @@ def anchors_of(
     placed = asvs.formation.replanned
     mover: Mover
     if placed is not None:
-        mover = _shipped(placed, site, errors)
+        mover = placed.mover(site, errors)
         speed, replan = placed.speed_m_per_s, placed.replan_s
     else:
-        own = own_placement(asvs.formation.choice, site.plan_view)  # new, since it may have state
+        own = answer_of(asvs.formation, site.plan_view)  # new, since it may have state
         name = str(asvs.formation.choice)
         if not site.keeps_still:
             raise PluginError(
@@ -166,35 +157,6 @@ def anchors_of(
         speed, replan = (_number(name, own, word, usual) for word, usual in words)
     speeds = [group.speed_m_per_s or speed for group in site.vessels for _ in group.members]
     return Anchors(site, mover, Pace(np.array(speeds), replan), prediction, known, room.lead_s)
-
-
-def _shipped(
-    placement: Placed, site: Site, errors: Callable[[], list[information.FixErrors]]
-) -> Mover:
-    """Return a placement that ships, made anew."""
-    match placement:
-        case Follow(horizon_s=horizon, hysteresis=share, within_m=within):
-            return follow.FollowPlacement(horizon_s=horizon, hysteresis=share, within_m=within)
-        case Information(lookahead_s=horizon, hysteresis=share, criterion=criterion):
-            return information.InformationPlacement(
-                errors(), horizon_s=horizon, hysteresis=share, criterion=criterion
-            )
-        case Visit(hysteresis=share, near_m=within, dwell_s=dwell, replan_s=replan):
-            within = site.horizontal_reach_m / 2.0 if within is None else within
-            return visit.VisitPlacement(
-                within_m=within, dwell_s=dwell, hysteresis=share, replan_s=replan
-            )
-        case Assign(horizon_s=horizon, hysteresis=share):
-            return assign.AssignPlacement(horizon_s=horizon, hysteresis=share)
-        case Zigzag():
-            return zigzag.ZigzagPlacement(
-                amplitude_m=placement.amplitude_m,
-                period_s=placement.period_s,
-                hysteresis=placement.hysteresis,
-                replan_s=placement.replan_s,
-                auv_speed=max(site.planned_speeds_m_per_s),
-            )
-    raise AssertionError(placement)
 
 
 def _number(name: str, part: Any, word: str, usual: float) -> float:

@@ -1,9 +1,10 @@
-"""The keys of each placement of ASVs: stations, replanned positions, tracks, user-defined ones."""
+"""The keys of placements of ASVs: stations, tracks, user-defined ones, and what all have that are
+replanned (:mod:`....models.placements`).
+"""
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
-
-from pydantic import Discriminator, Tag
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from ..families import PLACEMENT
 from ..key_types import (
@@ -26,7 +27,10 @@ SPEED_M_PER_S, REPLAN_S = 1.5, 10.0
 
 
 class PlacementTraits:
-    """What the program asks of a placement: do ASVs keep station, get orders, or repeat tracks?"""
+    """What the program asks of a placement: do ASVs keep station, get orders, or repeat tracks?
+
+    One that ships and keeps stations answers by `stations`, as a user-defined one does.
+    """
 
     moves: ClassVar[bool] = False
 
@@ -38,6 +42,12 @@ class PlacementTraits:
     @property
     def replanned(self) -> "Placed | None":
         """The keys of a placement that sends ASVs elsewhere during the mission; None otherwise."""
+        return None
+
+    def stations(self, view: Any) -> Any:
+        """Return places (m, 2), m, where ASVs are to keep station, for a plan
+        (:class:`..own_routes.PlanView`).
+        """
         return None
 
     @property
@@ -104,16 +114,22 @@ class Formation(PlacementTraits, Part):
         return f"positions needs {name}; add it, or use ring"
 
 
-class Moving(PlacementTraits, Part):
-    """ASVs that keep no station."""
+class Shipped(PlacementTraits, Part):
+    """A placement that ships, which its `model` names."""
 
-    MODEL: ClassVar[str]
-    moves: ClassVar[bool] = True
+    if TYPE_CHECKING:  # each has its own, among its keys
+        model: str
 
     @property
     def choice(self) -> PartChoice:
         """The placement as a part."""
-        return PartChoice(self.MODEL)
+        return PartChoice(self.model)
+
+
+class Moving(Shipped):
+    """ASVs that keep no station."""
+
+    moves: ClassVar[bool] = True
 
 
 class Placed(Moving):
@@ -134,6 +150,13 @@ class Placed(Moving):
     def replanned(self) -> "Placed":
         """This section itself, since it has the keys of a replanned placement."""
         return self
+
+    @abstractmethod
+    def mover(self, site: Any, errors: Callable[[], Any]) -> Any:
+        """Return what gives the ASVs of a mission their targets, made anew: an object
+        of :class:`...protocol.anchors.view.Mover`.  `errors` returns what is expected of the fixes
+        of each ASV, as :class:`...protocol.anchors.information.FixErrors`.
+        """
 
     def miscounted(self, asvs: int) -> Iterator[tuple[str, str, int]]:
         """Yield the list of launch positions, if it has not one per ASV."""
@@ -167,84 +190,9 @@ class Ahead(Grouped):
     )
 
 
-class Follow(Ahead):
-    """ASVs stay where the farthest AUV is as near as possible (k-centre)."""
-
-    MODEL, MOST_AUVS = "follow", 100  # these take 0.1 s to place; twice as many take seconds
-    model: Literal["follow"] = "follow"
-    within_m: Real | None = key(
-        None,
-        "m",
-        "ASVs rest while each AUV is estimated within this distance of one; null = never",
-        ge=0,
-        le=1e5,
-    )
-
-
-class Assign(Ahead):
-    """Each ASV stays above the middle of its own AUVs."""
-
-    MODEL = "assign"
-    model: Literal["assign"] = "assign"
-
-
-class Visit(Grouped):
-    """Each ASV keeps near one of its AUVs at a time: that with the largest expected error."""
-
-    MODEL = "visit"
-    model: Literal["visit"] = "visit"
-    near_m: Real | None = key(
-        None,
-        "m",
-        "an ASV rests while the AUV that it visits is estimated within this distance; null = "
-        "half the HF range",
-        ge=0,
-        le=1e5,
-    )
-    dwell_s: Real = key(
-        30.0, "s", "least time that an ASV stays with an AUV, once near", OURS, ge=0, le=1e6
-    )
-
-
-class Information(Grouped):
-    """ASVs go where fixes are expected to leave the least error (Fisher information)."""
-
-    MODEL, MOST_AUVS = "information", 100
-    model: Literal["information"] = "information"
-    lookahead_s: Real = key(
-        30.0, "s", "how far ahead the AUVs' errors are predicted", OURS, ge=1, le=1e6
-    )
-    criterion: Literal["trace", "determinant"] = key(
-        "trace", "", "size of a covariance: A-optimality or D-optimality", OURS
-    )
-
-
-class Zigzag(Grouped):
-    """Each ASV sweeps to and fro over its own AUVs."""
-
-    MODEL = "zigzag"
-    model: Literal["zigzag"] = "zigzag"
-    amplitude_m: Real | None = key(
-        None,
-        "m",
-        "half the width of the sweep; null = from the first to the last of the ASV's AUVs, of a "
-        "single one half the HF range",
-        ge=0.01,
-        le=1e5,
-    )
-    period_s: Real | None = key(
-        None,
-        "s",
-        "period of a sweep; null = that of an ASV which keeps up with AUVs",
-        ge=1,
-        le=1e6,
-    )
-
-
 class AsvTrack(Moving):
     """Each ASV repeats the recorded track of a real vessel."""
 
-    MODEL = "track"
     model: Literal["track"] = "track"
     files: tuple[Text, ...] = key(
         (),
@@ -273,25 +221,13 @@ class AsvTrack(Moving):
             yield "tracks", "name", len(self.tracks)
 
 
-def _placed(placement: Any) -> str:
-    """Return the tag of a placement's model: `moored`, `own`, or the name of one that moves."""
+def placed(placement: Any) -> str:
+    """Return the tag of a placement: `own`, its name, or else `ring`, also with positions."""
     if is_own(placement, "model"):
         return "own"
-    if isinstance(placement, Moving):
-        return placement.MODEL
-    model = placement.get("model") if isinstance(placement, Mapping) else None
+    if isinstance(placement, Mapping):
+        model = placement.get("model")
+    else:
+        model = getattr(placement, "choice", None)
     known = PLACEMENT.traits.get(model) if isinstance(model, str) else None
-    return str(model) if known is not None and known.moves else "moored"
-
-
-Placement = Annotated[
-    Annotated[Formation, Tag("moored")]
-    | Annotated[Follow, Tag("follow")]
-    | Annotated[Assign, Tag("assign")]
-    | Annotated[Zigzag, Tag("zigzag")]
-    | Annotated[Visit, Tag("visit")]
-    | Annotated[Information, Tag("information")]
-    | Annotated[AsvTrack, Tag("track")]
-    | Annotated[OwnPlacement, Tag("own")],
-    Discriminator(_placed),
-]
+    return "ring" if known in (None, Formation) else str(model)

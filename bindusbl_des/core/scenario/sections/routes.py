@@ -1,7 +1,7 @@
 """The keys of each kind of route: lanes, held positions, waypoints, tracks, user-defined routes."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, Union
 
 from pydantic import (
     BaseModel,
@@ -15,7 +15,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from ....support.plugins import is_plugin
+from ....support.plugins import Family, is_plugin
 from ..key_types import (
     OURS,
     PAPER,
@@ -67,6 +67,27 @@ def is_own(section: Any, word: str) -> bool:
     return callable(name) or (isinstance(name, str) and is_plugin(name))
 
 
+def sections_of(family: Family[Any], own: type[OwnSection], tag: Callable[[Any], Any]) -> Any:
+    """Return the type of a key at which a section names a part: one of the family's sections, or
+    its `own` one, as the `tag` of what is given says.
+
+    Raises:
+        TypeError: when a section and the list of parts differ in the name of a part.
+    """
+    tags = {own: "own"}
+    for name in family.parts:
+        section = family.part(name)
+        given = section.model_fields[family.word].default
+        if given not in (name, None):
+            raise TypeError(
+                f"{family.name_key}: {name!r} in families.py is {section.__name__}, whose "
+                f"{family.word} is {given!r}; give both the same name"
+            )
+        tags.setdefault(section, name)
+    arms = [Annotated[section, Tag(name)] for section, name in tags.items()]
+    return Annotated[Union[(*arms[1:], arms[0])], Discriminator(tag)]
+
+
 # A function from positions (latitude, longitude, deg) to points x, y (m).
 InMetres = Callable[[tuple[Position, ...]], tuple[Point, ...]]
 
@@ -75,7 +96,8 @@ class RouteTraits:
     """What the program asks of a route.
 
     AUVs fly planned paths (`is_flown`), hold positions (`is_held`), or repeat tracks
-    (`is_recorded`). `PLACES` is the key of the route's positions, without the unit; "" without
+    (`is_recorded`).  A route that `is_worked_out` from a plan answers by `ways`, as a user-defined
+    one does.  `PLACES` is the key of the route's positions, without the unit; "" without
     positions.
     """
 
@@ -83,6 +105,13 @@ class RouteTraits:
     is_flown: ClassVar[bool] = False
     is_held: ClassVar[bool] = False
     is_recorded: ClassVar[bool] = False
+    is_worked_out: ClassVar[bool] = False
+
+    def ways(self, view: Any) -> Any:
+        """Return for each AUV its way points (n, 2), m, or its track (n, 4): time in s, x, y and
+        depth in m, for a plan (:class:`..own_routes.PlanView`).
+        """
+        return None
 
     @property
     def lanes(self) -> "Lawnmower | None":
@@ -132,6 +161,7 @@ class OwnRoute(RouteTraits, OwnSection):
     """A user-defined route."""
 
     WORD = "kind"
+    is_worked_out: ClassVar[bool] = True
 
 
 class Planned(RouteTraits, Part):
@@ -373,20 +403,10 @@ class Track(Planned):
             yield "files", "file", len(self.files)
 
 
-def _kind(route: Any) -> Any:
-    """Return the tag of a route's kind; by default `lawnmower`."""
+def kind_of(route: Any) -> Any:
+    """Return the tag of a route: `own`, or its kind; by default `lawnmower`."""
     if is_own(route, "kind"):
         return "own"
     if isinstance(route, dict):
         return route.get("kind", "lawnmower")
     return getattr(route, "kind", None)
-
-
-Route = Annotated[
-    Annotated[Lawnmower, Tag("lawnmower")]
-    | Annotated[Hold, Tag("hold")]
-    | Annotated[Waypoints, Tag("waypoints")]
-    | Annotated[Track, Tag("track")]
-    | Annotated[OwnRoute, Tag("own")],
-    Discriminator(_kind),
-]

@@ -4,22 +4,28 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ....support.plugins import is_plugin
 from ....support.wording import described, did_you_mean
-from ..families import ASV, AUV, HullTraits
+from ..families import ASV, AUV, PLACEMENT, ROUTE, HullTraits
 from ..key_types import PAPER, Moved, Part, Point, Real, Section, Whole, key
 from ..part_choice import PartChoice
 from ..shipped_settings import Sailboat
 from .navigation import Drift, Navigation
-from .placements import Formation, Placement
-from .routes import Lawnmower, Route
+from .placements import Formation, Moving, OwnPlacement, placed
+from .routes import Lawnmower, OwnRoute, Planned, kind_of, sections_of
 from .survey import Survey
 from .usbl import ArrayChoice, UsblName, UsblSection
+
+if TYPE_CHECKING:
+    Route, Placement = Planned | OwnRoute, Formation | Moving | OwnPlacement
+else:
+    Route = sections_of(ROUTE, OwnRoute, kind_of)
+    Placement = sections_of(PLACEMENT, OwnPlacement, placed)
 
 
 @dataclass(frozen=True)
