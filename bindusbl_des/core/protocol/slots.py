@@ -267,7 +267,8 @@ def _uplink_slot(protocol: Protocol, ping: float, longest: float, crossing: floa
     guards = protocol.uplink_guard_s, protocol.shortest_uplink_slot_s
     if protocol.calls:
         return two_way_uplink_slot(ping, longest, protocol.turnaround_s, crossing, *guards)
-    own = _own_slot(protocol.ranging, ping, longest, crossing)
+    steps = protocol.pings_by_steps
+    own = _own_slot(protocol.ranging, ping, longest, crossing) if steps else None
     return uplink_slot(ping, longest, crossing, *guards) if own is None else own
 
 
