@@ -16,13 +16,14 @@ from ..key_types import PAPER, Moved, Part, Point, Real, Section, Whole, key
 from ..part_choice import PartChoice
 from ..shipped_settings import Sailboat
 from .navigation import Drift, Navigation
-from .placements import Formation, Moving, OwnPlacement, placed
+from .placements import Formation, OwnPlacement, Shipped, placed
 from .routes import Lawnmower, OwnRoute, Planned, kind_of, sections_of
 from .survey import Survey
 from .usbl import ArrayChoice, UsblName, UsblSection
 
 if TYPE_CHECKING:
-    Route, Placement = Planned | OwnRoute, Formation | Moving | OwnPlacement
+    Route = Planned | OwnRoute
+    Placement = Formation | Shipped | OwnPlacement
 else:
     Route = sections_of(ROUTE, OwnRoute, kind_of)
     Placement = sections_of(PLACEMENT, OwnPlacement, placed)
