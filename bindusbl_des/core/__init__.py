@@ -6,7 +6,8 @@ Read it in this order; the head of each room tells how it works.
 `vehicles`, `geometry`, `sea` and `acoustics` are the world: where everything is, and how sound gets
 from one vehicle to another.  `protocol` decides who sounds when, on the event kernel.  `usbl`
 measures the sound that was heard and makes a fix of the measurements; `navigation` corrects an
-AUV's estimate by the fix.  `mission` builds these and runs them; `records` and `results` keep what
+AUV's estimate by the fix.  AUVs that range each other do so by `protocol.peers`, and correct each
+other by `navigation.team`.  `mission` builds these and runs them; `records` and `results` keep what
 comes out: rows, tables, metrics.
 
 Of the parts that ship, downlinks (`protocol.downlinks`), routes and placements

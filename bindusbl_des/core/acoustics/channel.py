@@ -148,7 +148,7 @@ class AskedChannel(Protocol):
 
     @property
     def receiver(self) -> Receiver:
-        """How its receivers tell signals from others."""
+        """How receivers of this channel tell a signal from sounds that overlap it."""
 
     @property
     def audible_m(self) -> float | None:

@@ -37,14 +37,14 @@ class AskedDisc:
 
 @dataclass(frozen=True)
 class Shadowed:
-    """A channel of the open sea, with `land`."""
+    """A channel of the open sea, to which `land` is added."""
 
     open_sea: AskedChannel
     land: Land
 
     @property
     def receiver(self) -> Receiver:
-        """What decides at its receivers."""
+        """How receivers of this channel tell a signal from sounds that overlap it."""
         return self.open_sea.receiver
 
     @property

@@ -340,7 +340,7 @@ class EchoingSonar:
 
     @property
     def receiver(self) -> Receiver:
-        """How its receivers tell signals from others."""
+        """How receivers of this channel tell a signal from sounds that overlap it."""
         return self.plain.receiver
 
     @property

@@ -480,7 +480,7 @@ def _by_itself(fix: Row, left: Floats | None, row: int) -> Said:
 
 @compiled
 def _note(fix: Row, said: Said, polar: bool) -> None:
-    """Write the expanded fix to the fix's row."""
+    """Write a fix as it was expanded to its row; `polar`: as a range and a direction."""
     fix.said_polar = int(polar)
     fix.said_x_m, fix.said_y_m = said.x, said.y
     fix.said_xx_m2, fix.said_yy_m2, fix.said_xy_m2 = said.noise

@@ -86,12 +86,12 @@ class Noise:
 
     @property
     def mixture(self) -> Mixture:
-        """The noise of sights."""
+        """The noise of sights, as compiled code takes it."""
         return Mixture(*map(float, (self.range_sd, self.outlier_share, self.outlier_sd, self.gate)))
 
     @property
     def beliefs(self) -> tuple[Belief, Growth]:
-        """The first belief and its growth."""
+        """The first belief, and the growth of its covariance."""
         wanders = self.bias_sd > 0.0 and self.bias_time_constant_s < inf
         constant = 0.0 if wanders else self.bias_sd
         ahead, aside = (hypot(bias, constant) for bias in self.bias)

@@ -350,7 +350,7 @@ class OwnNavigator:
 
     @property
     def own(self) -> Any:
-        """The user's object."""
+        """The user's navigator object."""
         return self._navigator
 
     def correct(self, fixes: Rows, due: Ints) -> None:

@@ -366,7 +366,7 @@ class Joint:
         return Outcome(nan, nan, True)
 
     def _fix(self, state: TeamBelief, event: FixOf) -> Outcome:
-        """Apply a fix."""
+        """Apply a fix to a belief `state`, in place."""
         team, row = self.team, self.team.row(event.number)
         noise = np.array((row["sd_x_m"][0] ** 2, row["sd_y_m"][0] ** 2, row["cov_xy_m2"][0]))
         jacobians = np.zeros((2, 4 * team.common.columns + 2))

@@ -77,7 +77,7 @@ class Measuring:
         self.errors = None if self._errors is None else self._errors.address
 
     def make_room(self, fixes: int) -> None:
-        """Reserve space for so many further fixes."""
+        """Reserve rows for so many further fixes, and for their Jacobians."""
         room = self._record.fixes.room_for(fixes)
         if self._errors is not None:
             self._record.jacobians.make_room(len(room))
@@ -404,7 +404,7 @@ class AnsweredOutcomes(Outcomes):
     """
 
     def resolve_passed(self, time: float) -> range:
-        """Return no new fixes."""
+        """Return no new fixes: each was made as its ping was answered."""
         count = self._record.fixes.count
         return range(count, count)
 

@@ -192,7 +192,9 @@ class Slot:
         check_now(self._ranging.env, time, "wait with `yield slot.until(time)`")
 
     def _check_silence(self, auvs: Sequence[int], time: float) -> None:
-        """Refuse AUVs that are pinging; note until when the others will be."""
+        """Refuse AUVs that are still pinging at `time` (s); note when the pings that begin now will
+        end.
+        """
         busy = self._ranging.pinging_until
         for auv in auvs:
             if time < busy.get(auv, 0.0) - SAME:
@@ -200,7 +202,9 @@ class Slot:
             busy[auv] = time + self._ranging.uplink.band.duration
 
     def _check_call(self, auvs: Sequence[int], called: Rows) -> None:
-        """Refuse what is not one AUV's call as it was returned."""
+        """Refuse a `called` that is not the record, unchanged, that :meth:`call` returned for the
+        one AUV.
+        """
         is_record = getattr(called, "dtype", None) == CALLED and called.shape == (1,)
         if not is_record or len(auvs) != 1 or (auvs[0], called.tobytes()) not in self._calls:
             raise ValueError(

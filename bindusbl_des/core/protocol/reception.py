@@ -306,8 +306,9 @@ def take_noise(reception: Row, noise: PairNoise, into: Floats) -> float:
 
 @compiled
 def _outcome(row: int, luck: float, air: Air, echoes: Rows | None) -> tuple[int, int, int]:
-    """Return the outcome of a reception (a row), lost by `luck`, a standard normal; and, if it
-    collided, the kind and number of the strongest sound that overlaps it (:func:`_overlapping`).
+    """Return the outcome of a reception (a row), whose loss `luck` decides, a standard normal; and,
+    if it collided, the kind and number of the strongest sound that overlaps it
+    (:func:`_overlapping`).
     """
     reception = air.receptions[row]
     others, why, number = _overlapping(row, air, echoes)

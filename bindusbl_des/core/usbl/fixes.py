@@ -478,7 +478,7 @@ def _sighting(own: HeardBeacon, instrument: Instrument, errors: Systematic | Non
 
 @compiled
 def _mirrored(seen: Sighting) -> Sighting:
-    """Return a measurement as seen from the other end."""
+    """Return a measurement of the AUV as if the ASV had made it: direction and attitude negated."""
     return Sighting(
         seen.vessel, negative(seen.unit), -seen.believed, seen.path, seen.snr_db, seen.below
     )

@@ -209,7 +209,7 @@ class Sheet(NamedTuple):
 
     @property
     def levels(self) -> tuple[Any, ...]:
-        """The fields SHEET of this sheet."""
+        """The values of the fields SHEET of LEVELS for this sheet."""
         return (
             *(self.bearing_sd, self.elevation_sd, self.path_share),
             *(self.spread_sd, self.spread_share, self.reference_snr_db, self.angle_floor, True),

@@ -131,7 +131,9 @@ class SharedAir:
         return node.at(time + lasts)
 
     def _check_level(self, level_db: float | None) -> None:
-        """Refuse a level (dB) that no signal can have."""
+        """Refuse a source level (dB) above the channel's, or any where the channel has no
+        levels.
+        """
         most = self._uplink.source_level_db
         if level_db is not None and most is None:
             refuse(
@@ -399,7 +401,7 @@ class SharedAir:
                 signal.ping = here[place]
 
     def _met(self) -> Pings:
-        """Return the pings that sound at ASVs."""
+        """Return the pings that sound at ASVs: receptions, pings, and their duration (s)."""
         return self._record.receptions.rows, self._record.pings.rows, self._lasts
 
 

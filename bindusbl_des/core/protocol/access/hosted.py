@@ -176,7 +176,7 @@ class Modem(ABC):
             self.node.wait(self.turnaround_s).callbacks.append(lambda _: self._answer(message))
 
     def _answer(self, asked: ModemMessage) -> None:
-        """Answer a request, unless busy."""
+        """Answer a request, unless this modem is busy."""
         if not self.is_busy:
             content, size = self.answer(asked)
             self.send(ModemMessage(asked.sender, self.address, "answers", content), size)

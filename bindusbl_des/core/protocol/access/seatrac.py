@@ -384,7 +384,7 @@ class Seatrac(Modem):
 
     @staticmethod
     def _navigation(flags: int, pose: SensedPose) -> bytes:
-        """Return the data that a NAV_QUERY asks for."""
+        """Return the data that the `flags` of a NAV_QUERY ask for."""
         told = struct.pack("<i", round(10 * pose.depth_m)) if flags & DEPTH else b""
         told += struct.pack("<H", SUPPLY_MV) if flags & SUPPLY else b""
         told += struct.pack("<h", WATER_DC) if flags & TEMPERATURE else b""

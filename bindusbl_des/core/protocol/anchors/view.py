@@ -17,11 +17,11 @@ from ..view import KnownFixes
 class AnchorView:
     """What the fleet knows when it decides where its m ASVs are to go (survey frame, m, s).
 
-    It is asked at `time`; ASVs set out for the answer at `begins`, a little later.  By then they
-    are at `vessels` (m, 2), under way to `bound_for` (m, 2); before the first placement both are
-    NaN, and ASVs are launched at the answer.  `working` (m,) tells which have not failed.  They go
-    at `speeds` (m,), m/s, and hear AUVs within the horizontal `reach` (m).  The age and error of
-    AUVs' estimates are worked out when they are asked for.
+    A placement is asked at `time`; ASVs set out for its targets at `begins`, a little later.  By
+    then they are at `vessels` (m, 2), under way to `bound_for` (m, 2); before the first placement
+    both are NaN, and ASVs are launched at the targets.  `working` (m,) tells which have not failed.
+    They go at `speeds` (m,), m/s, and hear AUVs within the horizontal `reach` (m).  The age and
+    error of AUVs' estimates are worked out when they are asked for.
     """
 
     time: float
