@@ -218,7 +218,7 @@ def luck_keys(
     streams: Streams, purpose: Purpose, sender: tuple[int, ...], fleets: tuple[VehicleFleet, ...]
 ) -> NDArray[np.uint64]:
     """Return the keys that draw the losses of a sender's signals at each vehicle, (vehicles,): a
-    further vehicle leaves those of the others as they were.
+    further vehicle changes no key of the others.
     """
     return np.concatenate([
         streams.of(purpose, *sender, kind).integers(2**64, size=len(fleet), dtype=np.uint64)

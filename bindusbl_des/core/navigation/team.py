@@ -422,7 +422,7 @@ class Joint:
         return Outcome(length, *found, share)
 
     def _sender(self, state: TeamBelief, auv: int, time: float) -> tuple[Floats, Floats, float]:
-        """Return a member's estimated position (2,), m, at an instant (s) before that of a state;
+        """Return a member's estimated position (2,), m, at an instant (s) before the state's;
         its Jacobian by all states (2, n); and the variance (m2, per axis) of the walk since then.
         """
         team, own = self.team, self._block(self._place[auv])

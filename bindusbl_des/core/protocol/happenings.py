@@ -72,7 +72,7 @@ class Happening(NamedTuple):
     program, modem, or to peers (Signal).  `signal_reception`: that, or a ping, has ended at a
     vehicle that it has reached (SignalReception).
 
-    A row has the columns of the table of its name; vehicles are numbers, those of signals names,
+    A row has the columns of the table of its name; vehicles are numbers, in signals names,
     and missing values None.
     """
 

@@ -234,7 +234,7 @@ class Network(HfNetwork):
             self.uplink.answered_by = self.replies.expect
 
     def opens(self, round_number: int) -> float:
-        """Return the earliest start (s) of a round: that of its time frame."""
+        """Return the earliest start (s) of a round, at which its time frame begins."""
         return self.slots.clock.after(0.0, round_number * self.frame_s + self.paused)
 
     def view(self, round_number: int, time: float) -> View:

@@ -419,8 +419,8 @@ def interrogate(
 
     Write the outcome of each call to `answers` (n,), :data:`..records.rows.CALLED`, and its sounds
     at all vehicles behind the first `count`; return the new count.  Sounds that overlap a call at
-    its AUV may drown it.  A call is lost as a ping over the same path is: if its number of
-    `chances` (n,), in [0, 1), or that of its `bursts`, is below the loss probability, as of
+    its AUV may drown it.  A call is lost as a ping over the same path is: if its entry of `chances`
+    (n,), in [0, 1), or the luck of its pair in `bursts`, is below the loss probability, as of
     :func:`.reception.resolve`.  `packed` is the address of a :class:`Spread`, `packed_sea` of a
     :class:`Sea`; `capture` as of :class:`..acoustics.channel.Receiver`, `shores` (n, 4) as of
     :attr:`..geometry.land.Land.edges`.

@@ -60,7 +60,7 @@ class Air(NamedTuple):
 
 class PairNoise(NamedTuple):
     """Random numbers for each pair of an AUV and an ASV (:class:`...support.streams.NoiseStore`);
-    `taken_now` (m or more, columns) are those of one ping, a row for each of its receptions.
+    `taken_now` (m or more, columns) are numbers of one ping, a row for each of its receptions.
 
     `slow` (AUVs, ASVs, n) are slow errors, :data:`..usbl.slow_errors.SLOW`, n = 0 without any;
     pings are lost in `bursts` (AUVs, ASVs), :data:`..acoustics.bursts.PAIR`, empty without any.

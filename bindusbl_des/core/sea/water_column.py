@@ -195,9 +195,9 @@ DEPTHS_M = np.concatenate((np.arange(0.0, 200.0, 20.0), np.arange(200.0, 12_001.
 
 @dataclass(frozen=True)
 class Column:
-    """Water down to a depth (m): of one temperature (degC) and salinity (psu), or that of a cast.
+    """Water down to a depth (m): of one temperature (degC) and salinity (psu), or of a cast.
 
-    A law makes speeds of sound of them, `teos10` at a latitude and longitude (deg).
+    A law makes speeds of sound of these, `teos10` at a latitude and longitude (deg).
     """
 
     deepest_m: float

@@ -222,7 +222,8 @@ def limit(farther: Floats, sds: Floats, baseline: Vector, path: float) -> None:
     little (:func:`.two_way.dated`).
 
     No error, of standard deviations `sds` (EFFECTS,), exceeds the variance of two positions on a
-    `baseline` (3,), m; that of the sound speed may also have its effect on the whole `path` (m).
+    `baseline` (3,), m; an error of the sound speed may also have its effect on the whole `path`
+    (m).
     """
     square = dot(baseline, baseline) / 6
     for k in range(EFFECTS):
@@ -251,11 +252,11 @@ def changes(
 ) -> Floats:
     """Return the derivatives of effects (4, EFFECTS) along x and along y, (2, 4, EFFECTS), per m.
 
-    They rotate with the direction of the offset `ahead` (3,), m; those of misalignment and sound
-    speed grow with its length as well; those of slow errors are differences.  A navigator needs
-    them where it knows the AUV's position better than the fix: noise of the fix in its J would seem
-    to measure clocks and sound speeds that the geometry does not.  If the clock error is as large
-    (`clock_m`, sd) as the range, it is unknown how fast the direction rotates.
+    All effects rotate with the direction of the offset `ahead` (3,), m; the effects of misalignment
+    and sound speed grow with its length as well; for slow errors the derivatives are differences.
+    A navigator needs them where it knows the AUV's position better than the fix: noise of the fix
+    in its J would seem to measure clocks and sound speeds that the geometry does not.  If the clock
+    error is as large (`clock_m`, sd) as the range, it is unknown how fast the direction rotates.
     """
     out, square = np.zeros((2, 4, EFFECTS)), ahead[0] ** 2 + ahead[1] ** 2
     if square < AT_THE_ARRAY**2:

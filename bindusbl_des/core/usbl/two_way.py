@@ -79,8 +79,7 @@ def own_range(path: float, baseline: Vector, unit: Vector) -> OwnRange:
     """Return the range of an AUV in the direction `unit`, when call and answer took a `path` (m).
 
     `baseline` (3,), m, points from the ASV that heard the answer to where the call was sent: 0 for
-    a caller that has not moved, whose range is half the path; other ranges are those of a point on
-    an ellipse.
+    a caller that has not moved, whose range is half the path; for others the AUV is on an ellipse.
 
     >>> [round(x, 9) for x in own_range(100.0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0))[:2]]
     [50.0, 0.5]
@@ -119,7 +118,7 @@ def dated(
     """Return the covariance (4, 4), m2, of a fix by an ASV's own range and of the call's path.
 
     The call's path is the rest of the path, and gives the instant of the answer to all others.
-    `covariance` (3, 3) is that of the direction and of the ASV's GNSS; the range has a share of the
+    `covariance` (3, 3) comes of the direction and of the ASV's GNSS; the range has a share of the
     path's own error, of the AUV's motion, and if another ASV has called of both GNSS errors along
     the bearing, and is correlated with the error of the direction by `lean`.  However weak the
     geometry, the AUV lies on an ellipse: neither direction nor path adds more than a `limit` (m2).

@@ -69,7 +69,7 @@ def run_programs(
     how much later each second; ASVs have GNSS time.
 
     Each vehicle draws when it has something to send from a stream of its own, so that a further AUV
-    leaves those of the others as they were.
+    changes nothing for the others.
     """
     cycles = Cycles(network)
 
