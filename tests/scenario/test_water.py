@@ -155,8 +155,10 @@ def test_without_gsw_teos10_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_whole_section_written_out_is_no_contradiction() -> None:
     """What the program writes names all keys, also the speed that was not given."""
     scenario = sea(temperature_c=8.0)
-    again = Scenario.model_validate(scenario.model_dump(mode="json"))
-    assert again == scenario
+    whole = scenario.model_dump(mode="json")
+    assert Scenario.model_validate(whole) == scenario
+    del whole["environment"]["wind"]  # as a version before wrote it, which had no such key
+    assert Scenario.model_validate(whole) == scenario
 
 
 def test_keys_without_effect_are_named() -> None:

@@ -48,9 +48,9 @@ def _water(site: Site) -> Iterator[Problem]:
             "says how warm the water is; remove temperature_c, or the CTD profile",
             ("environment.temperature_c",),
         )
-    given, whole = water.model_fields_set, set(type(water).model_fields)
-    speed = water.sound_speed_m_per_s
-    if speed != USUAL_SPEED or ("sound_speed_m_per_s" in given and given != whole):
+    given, speed = water.model_fields_set, water.sound_speed_m_per_s
+    written_out = {"ctd", "temperature_c"} <= given  # by a program, of this version or before
+    if speed != USUAL_SPEED or ("sound_speed_m_per_s" in given and not written_out):
         yield Problem(
             "environment.sound_speed_m_per_s",
             f"follows from {key}; keep one of them (assumed_sound_speed_m_per_s is what the fleet "
