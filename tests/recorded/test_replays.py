@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
 from commands_for_tests import call
 from logs_for_tests import BEACONS, NO_RANGES, Sea, lost, made_up, still, write_pyfg
 from worlds import scenario
 
-from bindusbl_des import Result, fit, load_scenario, read_log, replay, simulate
+from bindusbl_des import Result, Scenario, fit, load_scenario, read_log, replay, simulate
 from bindusbl_des.apps.recorded.navigating import Noise
 
 ROOT = Path(__file__).parents[2]
@@ -547,3 +548,36 @@ def test_a_start_that_all_ranges_fit_exactly_is_told(tmp_path: Path) -> None:
     """No other one has so many times its loss, which is none."""
     told = run("replay", str(write_pyfg(tmp_path / "log.pyfg")))
     assert "found from the ranges, which fit it exactly" in told
+
+
+def test_land_that_ranges_cross_is_counted_and_drawn() -> None:
+    """By shapely, from where the smoother has the vehicle to its beacons; and fixes on it."""
+    log, _ = made_up(Sea(), count=60)
+    wall = [[20.0, -300.0], [30.0, -300.0], [30.0, 300.0], [20.0, 300.0]]
+    noise = Scenario(name="wall", survey={"side_m": 900.0, "land": [wall]}, asvs={"count": 1})
+    replayed = replay(log, noise=noise)
+    here = replayed.smoother.at(log.ranges.times)
+    there = log.beacons.places[log.ranges.beacons, :2]
+    ways = shapely.linestrings(np.stack((here, there), axis=1))
+    across = shapely.length(shapely.intersection(ways, shapely.Polygon(wall))) > 1e-6
+    assert 5 < across.sum() < 55
+    assert replayed.over_land == (across.sum(), 0)
+    assert replay(log, noise=Scenario(name="sea", asvs={"count": 1})).over_land == (0, 0)
+
+
+def test_land_lies_where_it_is_on_earth(tmp_path: Path) -> None:
+    """About a log in degrees, which begins 111 m north of the middle of the survey."""
+    (tmp_path / "odometry.csv").write_text(
+        "time_s,lat_deg,lon_deg,yaw_rad\n0,54.331,10.16,0\n60,54.3315,10.16,0\n"
+    )
+    (tmp_path / "fixes.csv").write_text(
+        "valid_at_s,lat_deg,lon_deg,sd_x_m,sd_y_m\n"
+        "10,54.3311,10.16,1,1\n30,54.33125,10.16,1,1\n50,54.33142,10.16,1,1\n"
+    )
+    isle = [[135.0, -9.0], [145.0, -9.0], [145.0, 9.0], [135.0, 9.0]]
+    place = {"origin": {"lat_deg": 54.33, "lon_deg": 10.16}}
+    noise = Scenario(name="isle", survey={"side_m": 400.0, "land": [isle]}, environment=place)
+    replayed = replay(read_log(str(tmp_path)), noise=noise)
+    assert replayed.offset_m == pytest.approx((111.3, 0.0), abs=0.1)
+    assert replayed.over_land == (0, 1)
+    assert replay(read_log(str(tmp_path)), noise=Scenario(name="nowhere")).over_land == (0, 0)

@@ -165,6 +165,12 @@ def _replayed(log: "Log", noise: Any, navigator: Any) -> "Replay":
         if find_spec("gtsam") is None:
             lacks = "python -m pip install 'bindusbl-des[replay]'"
         talk(f"{log.name}: no robust optimum to compare with: {lacks}")
+    ranges, fixes = flown.over_land
+    if ranges or fixes:
+        warn(
+            f"{log.name}: {ranges} of {len(log.ranges.times)} ranges cross land, and {fixes} of "
+            f"{len(log.fixes.times)} fixes lie on it; is it where the scenario says?"
+        )
     return flown
 
 

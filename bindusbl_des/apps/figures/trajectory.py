@@ -105,9 +105,15 @@ def draw_survey(axes: Axes, setup: Setup, width: float = 0.8, ground: str = "non
     outline = east_north(setup.area.outline)
     _draw_bottom(axes, setup)
     axes.add_patch(Polygon(outline, fc=ground, ec=INK, lw=width, zorder=0.5, label="survey"))
+    draw_closed(axes, setup)
+
+
+def draw_closed(axes: Axes, setup: Setup, middle: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Draw land, and water where nobody goes, about a place of the survey (m)."""
     for shown, name, looks in _closed(setup):
         for rings in shown.outlines:
-            closed = [Path(east_north((*ring, ring[0])), closed=True) for ring in rings]
+            around = [np.subtract((*ring, ring[0]), middle) for ring in rings]
+            closed = [Path(east_north(ring), closed=True) for ring in around]
             shape = PathPatch(Path.make_compound_path(*closed), zorder=1.5, label=name, **looks)
             axes.add_patch(shape)
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from ...core.geometry.geodesy import east_north
 from ...support.palette import ALARM, COLOURS, INK, PLANNED
 from ..figures.style import TWO_COLUMNS, fit_labels, new_figure
-from ..figures.trajectory import chart_axes
+from ..figures.trajectory import chart_axes, draw_closed
 from .replaying import Replay
 
 HEIGHT = 3.6
@@ -43,6 +43,8 @@ def _draw_plan(axes: Axes, replay: Replay) -> None:
     axes.plot(*stations.T, "k^", ms=5, label="beacon")
     for name, place in zip(beacons.names, stations, strict=True):
         axes.annotate(name, (place[0], place[1]), (4, 4), textcoords="offset points")
+    if replay.setup is not None and replay.offset_m is not None:
+        draw_closed(axes, replay.setup, replay.offset_m)
     if replay.log.start_found:
         axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     else:

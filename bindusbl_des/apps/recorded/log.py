@@ -117,7 +117,8 @@ class Log:
     m.  A log that is not `placed` has its odometry in a frame of its own, which begins anywhere and
     is turned by anything, until its start is found.  `has_clock` is False where nothing but the
     order was recorded: an instant is then the distance gone so far at a nominal speed.  What is to
-    be said of rows that do not count is in `left_out`.
+    be said of rows that do not count is in `left_out`.  `origin_deg` is the latitude and longitude
+    (deg) of x = y = 0 of a log in degrees.
     """
 
     name: str
@@ -134,6 +135,7 @@ class Log:
     stated: Stated | None = None
     receptions: Receptions | None = None
     left_out: tuple[str, ...] = ()
+    origin_deg: tuple[float, float] | None = None
 
     def begun_at(self, start: LoggedPose) -> "Log":
         """Return the log with its odometry beginning at a pose in the frame of its beacons."""

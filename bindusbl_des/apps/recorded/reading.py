@@ -85,7 +85,7 @@ def _log(name: str, vehicle: str | None, speed: float) -> Log:
 
 def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log:
     """Return the log of one vehicle in tables."""
-    tables = _in_metres(tables)
+    tables, origin_deg = _in_metres(tables)
     kind = next((name for name in ("odometry", "tracks") if len(tables.get(name, ()))), None)
     if kind is None:
         raise BadLog(
@@ -118,7 +118,10 @@ def _log_of(path: Path, tables: dict[str, LogTable], vehicle: str | None) -> Log
     if not len(ranges.times) and not len(fixes.times):
         nothing = f"{path}: has neither ranges nor fixes, so nothing corrects its odometry"
         raise BadLog(nothing + because(told))
-    return replace(log, ranges=ranges, fixes=fixes, receptions=receptions, left_out=tuple(told))
+    return replace(
+        log, ranges=ranges, fixes=fixes, receptions=receptions, left_out=tuple(told),
+        origin_deg=origin_deg,
+    )  # fmt: skip
 
 
 def _odometry(table: LogTable, columns: tuple[str, str]) -> tuple[Floats, Floats, Floats, Floats]:
@@ -162,8 +165,9 @@ def _check_headings(where: Sequence[str], odometry: Floats) -> None:
         )
 
 
-def _in_metres(tables: dict[str, LogTable]) -> dict[str, LogTable]:
-    """Return tables in metres north and east of where an odometry in degrees begins.
+def _in_metres(tables: dict[str, LogTable]) -> tuple[dict[str, LogTable], Degrees | None]:
+    """Return tables in metres north and east of where an odometry in degrees begins, and that
+    place; None where they are in metres.
 
     Raises:
         BadLog: naming a place that is in degrees where the odometry is in metres, or the reverse.
@@ -182,10 +186,11 @@ def _in_metres(tables: dict[str, LogTable]) -> dict[str, LogTable]:
             "began is not known, so write all tables in one of them"
         )
     if not in_degrees:
-        return tables
+        return tables, None
     read = {name: table.sifted(_degrees) for name, table in placed.items()}
     origin = read["odometry"][0][2] if read["odometry"] else (0.0, 0.0)
-    return tables | {name: _north_east(placed[name], read[name], origin) for name in placed}
+    there = {name: _north_east(placed[name], read[name], origin) for name in placed}
+    return tables | there, origin
 
 
 Position = tuple[str, Row, Degrees]

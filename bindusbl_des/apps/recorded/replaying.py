@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...core.geometry.geodesy import ned_at_depth
 from ...core.navigation.dead_reckoning import Odometry
 from ...core.navigation.navigators import Navigator, OwnNavigator
 from ...core.records.events import DELIVERED
@@ -216,7 +217,8 @@ def robust_optimum(log: Log) -> Reference | None:
 class Replay:
     """A log, placed, with the noise by which it was navigated, and where that has put the vehicle.
 
-    `start` is None where the log says itself where it begins, `reference` where there is none.
+    `start` is None where the log says itself where it begins, `reference` where there is none;
+    `setup` is of the scenario that gave the noise.
     """
 
     log: Log
@@ -225,6 +227,35 @@ class Replay:
     filter: NavigatedTrack
     smoother: NavigatedTrack
     reference: Reference | None
+    setup: Setup | None = None
+
+    @property
+    def offset_m(self) -> tuple[float, float] | None:
+        """Where x = y = 0 of the log is in the survey of the setup (m); None where that is not
+        known.  A log in metres is taken to have the frame of the survey.
+        """
+        if self.setup is None or self.log.start_found:
+            return None
+        if self.log.origin_deg is None:
+            return 0.0, 0.0
+        if self.setup.ground is None:
+            return None
+        lat, lon = self.log.origin_deg
+        north, east, _ = ned_at_depth([lat], [lon], [0.0], self.setup.ground)[0].tolist()
+        return north, east
+
+    @property
+    def over_land(self) -> tuple[int, int]:
+        """How many ranges have land of the setup in their way, and how many fixes lie on it."""
+        offset, log = self.offset_m, self.log
+        if self.setup is None or offset is None or (land := self.setup.land) is None:
+            return 0, 0
+        here, beacons = (
+            self.smoother.at(log.ranges.times) + offset,
+            log.beacons.places[:, :2] + offset,
+        )
+        across = land.crossed(here, beacons)[np.arange(len(here)), log.ranges.beacons]
+        return int(across.sum()), int(land.holds(log.fixes.places + offset).sum())
 
 
 def replay(
@@ -244,9 +275,10 @@ def replay(
         PluginError: when it cannot be made, or answers no numbers.
     """
     placed, start = placed_log(log)
-    if isinstance(noise, Scenario):
-        noise = noise_of(Setup.of(noise))
-    chosen = fit(placed).noise if noise is None else noise
+    setup = Setup.of(noise) if isinstance(noise, Scenario) else None
+    if setup is not None:
+        noise = noise_of(setup)
+    chosen = noise if isinstance(noise, Noise) else fit(placed).noise
     if placed.start_found:
         chosen = chosen.with_start_found()
     if placed.has_ranges and chosen.range_sd <= 0.0:
@@ -256,7 +288,7 @@ def replay(
     later, _ = smooth_log(known, chosen, track)
     if navigator is not None:
         track = _navigated(placed, navigator, chosen, known.odometry.times, given=noise is not None)
-    return Replay(placed, start, chosen, track, later, robust_optimum(placed))
+    return Replay(placed, start, chosen, track, later, robust_optimum(placed), setup)
 
 
 def placed_log(log: Log) -> tuple[Log, Start | None]:
