@@ -227,7 +227,9 @@ def test_defaults_in_the_list_are_those_of_the_scenario() -> None:
     sections = plain.model_dump()
     for row in params():
         section, _, rest = row["key"].partition(".")
-        if section in ("traffic", "modems") or ".wind." in row["key"]:  # not beside peers; calm
+        if section in ("traffic", "modems") or any(
+            part in row["key"] for part in (".wind.", ".bathymetry.", "dvl_range_m")
+        ):  # not beside peers; calm; no bottom
             continue
         if not rest or section not in sections or row["only"] not in ("", "lawnmower"):
             continue

@@ -371,6 +371,28 @@ def test_each_vehicle_has_a_plan_for_qgroundcontrol(team: Path) -> None:
             assert places == [[*pin, 0.0]]
 
 
+def test_plans_over_a_slope_have_the_depth_of_each_point(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """6 m above a plane that is 30 + x tan 5 deg deep; its lines of equal depth are shown."""
+    hand_made(monkeypatch, lambda asked, _: [auv(0.5)] * asked.auvs.count)
+    origin = {"lat_deg": ORIGIN[0], "lon_deg": 0.0}
+    slope = {"origin": origin, "bathymetry": {"depth_m": 30.0, "slope_deg": 5.0}}
+    asked = scenario(
+        name="bay", environment=slope, asvs={"count": 2}, auvs={"depth": {"altitude_m": 6.0}}
+    )
+    teams = {"asvs.count": [2], "asvs.formation.angle_deg": [0]}
+    plan(asked, tmp_path / "plan", below={"position_error_m": 1.0}, vary=teams)
+    for kind in ("qgc", "geojson"):
+        assert call("export", tmp_path / "plan", "--to", kind).exit_code == 0
+    items = json.loads((tmp_path / "plan" / "qgc" / "AUV0.plan").read_text())["mission"]["items"]
+    places = np.array([item["params"][4:] for item in items if item["frame"] == 3])
+    x, _ = metres(places[:, :2], (ORIGIN[0], 0.0)).T
+    assert -places[:, 2] == pytest.approx(24.0 + x * np.tan(np.radians(5.0)), abs=1e-3)
+    assert np.ptp(places[:, 2]) > 5.0
+    assert "30 m" in shapes_of(tmp_path / "plan" / "plan.geojson")
+
+
 @pytest.mark.parametrize("files", ["plan.kml", "plan.kmz", "plan.geojson", "plan.gpx", "qgc"])
 def test_what_a_plan_exports_is_read_back(team: Path, files: str) -> None:
     """As lanes of its AUVs, in each format, as long as they were but for the corners."""

@@ -209,6 +209,26 @@ def test_slopes_that_are_too_steep_are_told_before() -> None:
     assert told(gentle, vehicle="bluerov2", speed_m_per_s=0.5, depth={"altitude_m": 5.0}) == []
 
 
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        (
+            {"navigation": {"dvl_range_m": 20.0}, "survey": {"depth_m": 5.0}},
+            "navigation.dvl_range_m",
+        ),
+        (
+            {"bathymetry": {"depth_m": 30.0, "slope_towards_deg": 40.0}},
+            "environment.bathymetry.slope_towards_deg",
+        ),
+        ({"auvs": {"depth": {"altitude_m": 5.0}}, "survey": {"depth_m": 5.0}}, "survey.depth_m"),
+        ({"bathymetry": 30.0, "auvs": {"depth": {"shallowest_m": 2.0}}}, "auvs.depth.shallowest_m"),
+    ],
+)
+def test_keys_without_effect_are_told(keys: dict[str, Any], key: str) -> None:
+    found = {it.key: it.message for it in warnings_of(Scenario.model_validate(asked(**keys)))}
+    assert "no effect" in found[key] or "does nothing" in found[key], found[key]
+
+
 EXACT = {
     "velocity_bias_m_per_s": [0.0, 0.0],
     "random_walk_m_per_sqrt_s": 0.0,

@@ -294,12 +294,17 @@ def _within(setup: Setup, place: Position, reach: float) -> Floats:
 
 def planned_lanes(setup: Setup) -> dict[int, Floats]:
     """Return the way (n, 2), m, that each AUV that flies a path is to go, by its number, thinned to
-    what a chart shows.
+    what a chart shows; of one that keeps an altitude with all points at which its depth changes.
     """
     lanes: dict[int, Floats] = {}
     for number, plan in enumerate(setup.plans_that_ship):
         if plan is not None:
-            lanes[number] = thinned(plan.path.line())
+            path = plan.path
+            if setup.auvs[number].group in setup.follows:
+                count = int(np.ceil(path.length / setup.bottom.step_m)) + 1
+                lanes[number] = path.sample(np.linspace(0.0, path.length, count))[:, :2]
+            else:
+                lanes[number] = thinned(path.line())
     return lanes
 
 

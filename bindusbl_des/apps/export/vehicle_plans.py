@@ -49,9 +49,13 @@ def _plans(setup: Setup) -> Iterator[tuple[str, dict[str, Any]]]:
     on_earth = earthly(setup)
     surface_m = setup.scenario.environment.surface_m
     for number, lane in planned_lanes(setup).items():
-        depth, speed = setup.auvs[number].depth_m, setup.auvs[number].speed_m_per_s
+        auv, places = setup.auvs[number], lane.tolist()
+        depths, speed = [setup.depth_at(auv, (x, y)) for x, y in places], auv.speed_m_per_s
         items = [_item(SPEED, [1, speed, -1, 0, 0, 0, 0])]
-        items += [_at(WAYPOINT, *place, -depth) for place in on_earth(lane.tolist())]
+        items += [
+            _at(WAYPOINT, *place, -depth)
+            for place, depth in zip(on_earth(places), depths, strict=True)
+        ]
         yield f"AUV{number}", _plan(items, SUBMARINE, speed, surface_m)
     for number, place in enumerate(on_earth(setup.kept_stations_m)):
         yield f"ASV{number}", _plan([_at(STAY, *place, 0.0)], BOAT, 1.0, surface_m)

@@ -353,22 +353,7 @@ RULES = (
         "auvs.depth.{shallowest_m,climb_angle_deg}",
         "the AUVs keep a depth, not an altitude",
     ),
-    idle({"auvs.depth.altitude_m": GIVEN}, "survey.depth_m", "the AUVs keep an altitude"),
     # The water
-    idle(
-        {"environment.bathymetry.slope_deg": (0.0,)},
-        "environment.bathymetry.slope_towards_deg",
-        "the bottom is flat",
-    ),
-    idle(
-        {
-            "environment.current_m_per_s": (0.0,),
-            "environment.current_variation_m_per_s": (0.0,),
-            "environment.current": EVERYWHERE,
-        },
-        "navigation.dvl_range_m",
-        "without a current, logs measure the same over ground and through the water",
-    ),
     idle(
         {"environment.temperature_c": (None,)},
         "environment.salinity_psu",
@@ -744,4 +729,31 @@ def cast(setup: Setup) -> Iterator[Problem]:
             "environment.sound_speed_law",
             "has no effect on a CTD profile that has speeds of sound itself; remove it",
             ("environment.ctd",),
+        )
+
+
+def above_ground(setup: Setup) -> Iterator[Problem]:
+    """Yield keys of a bottom, and of what is above it, that nothing makes use of."""
+    scenario, water = setup.scenario, setup.scenario.environment
+    bottom, still = water.bathymetry, not (water.current_m_per_s or water.has_field)
+    if bottom and bottom.slope_towards_deg and not bottom.slope_deg:
+        yield Problem(
+            "environment.bathymetry.slope_towards_deg",
+            "has no effect with environment.bathymetry.slope_deg: 0 (the bottom is flat); remove "
+            "it, or give the slope",
+            ("environment.bathymetry.slope_deg",),
+        )
+    if scenario.navigation.dvl_range_m and still and not water.current_variation_m_per_s:
+        yield Problem(
+            "navigation.dvl_range_m",
+            "has no effect without a current: logs measure the same over ground and through the "
+            "water; remove it, or give environment.current_m_per_s",
+            ("environment.current_m_per_s",),
+        )
+    kept = all(group.altitude.altitude_m is not None for group in setup.groups)
+    if kept and "depth_m" in scenario.survey.model_fields_set:
+        yield Problem(
+            "survey.depth_m",
+            "has no effect with auvs.depth.altitude_m (the AUVs keep an altitude); remove it",
+            ("auvs.depth.altitude_m",),
         )

@@ -282,7 +282,15 @@ _LOOKS: tuple[Callable[[Setup], Iterator[Problem]], ...] = (
     *(bands.backlog, bands.guards, places.formation, places.deep, bands.steep),
     *(bands.frames, places.anchors, failing, _dissemination, idle.sheet),
     *(_lobes, _flat, _installation),
-    *(idle.sonar, idle.receivers, idle.levels, idle.bursts, bands.shifts, idle.cast),
+    *(
+        idle.sonar,
+        idle.receivers,
+        idle.levels,
+        idle.bursts,
+        bands.shifts,
+        idle.cast,
+        idle.above_ground,
+    ),
     *(
         places.routes,
         places.idle,

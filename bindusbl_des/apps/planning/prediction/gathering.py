@@ -137,6 +137,16 @@ def approximations(setup: Setup) -> Iterator[str]:
         )
     if scenario.navigation.filter.settings.get("range_rate"):
         yield "Range rates are left out: errors may be somewhat smaller than predicted."
+    if any(auv.group.altitude.altitude_m is not None for auv in setup.auvs):
+        yield (
+            "AUVs that keep an altitude are taken to be at the greatest depth that they go to: "
+            f"{plain(setup.deepest_m)} m."
+        )
+    if scenario.navigation.dvl_range_m is not None:
+        yield (
+            "The current that logs miss without bottom lock is taken for its mean on each AUV's "
+            "way, about which it varies: errors are larger where an AUV has no lock for long."
+        )
     open_ended = not all(band.traits.ends_at_range for band in bands)
     if len({auv.depth_m for auv in setup.auvs}) > 1 and open_ended:
         yield (

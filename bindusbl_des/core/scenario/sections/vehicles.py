@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from ....support.plugins import is_plugin
@@ -321,6 +321,12 @@ class Auvs(Section):
         "groups of AUVs that differ, in the order of their numbers; a group has the common "
         "values of keys that it does not give",
     )
+
+    @field_validator("depth", mode="before")
+    @classmethod
+    def _no_altitude(cls, depth: Any) -> Any:
+        """Read `depth: null` as no altitude."""
+        return {} if depth is None else depth
 
     @property
     def words(self) -> str:
