@@ -101,7 +101,8 @@ def read_parquet(
         wanted = columns and [name for name in columns if name in known]
         rows = file.read(wanted, use_threads=file.metadata.num_rows > ROWS)
     for name in sorted(ADDED["mission"].intersection(columns or ()).difference(known)):
-        rows = rows.append_column(name, pa.nulls(len(rows), pa.float64()))
+        kind = schema("mission").field(name).type
+        rows = rows.append_column(name, pa.nulls(len(rows), kind))
     return rows
 
 
@@ -130,11 +131,18 @@ def read_schema(path: Path) -> pa.Schema:
 
 
 # Columns that older folders may lack
+OF_THE_BOTTOM = ("least_altitude_m", "lock_share")
 ADDED = {
+    "auvs": {*OF_THE_BOTTOM},
+    "tracks": {"altitude_m"},
     "pings": {"call_why"},
     "receptions": {*TOLD_WHY, *LASTING_ERRORS, "range_rate_m_per_s"},
     "frame_receptions": {*TOLD_WHY},
-    "mission": {"packet_delivery_ratio", "goodput_bps", "packet_latency_s", "packet_fairness"},
+    "mission": {
+        *("packet_delivery_ratio", "goodput_bps", "packet_latency_s", "packet_fairness"),
+        *OF_THE_BOTTOM,
+        *(f"worst_{name}{whose}" for name in OF_THE_BOTTOM for whose in ("", "_auv")),
+    },
 }
 
 

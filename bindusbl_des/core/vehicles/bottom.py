@@ -49,8 +49,8 @@ class Bottom(NamedTuple):
         is not known.
 
         >>> axis, depths = np.array([0.0, 10.0]), np.array([[5.0, 5.0], [9.0, 9.0]])
-        >>> Bottom(axis, axis, depths).below([(2.5, 3.0), (11.0, 3.0)]).tolist()
-        [6.0, nan]
+        >>> Bottom(axis, axis, depths).below([(5.0, 3.0), (11.0, 3.0)]).tolist()
+        [7.0, nan]
         """
         where = np.ascontiguousarray(np.asarray(places, dtype=np.float64)[:, :2])
         found = np.empty(len(where))
