@@ -67,7 +67,7 @@ class Packed:
         self._record = np.empty(_record(kind).size, dtype=np.uint8)
         self._put(0, "", kind, whole)
         #: What compiled code is handed: where the record is.
-        self.address: int = addressof(c_char.from_buffer(self._record))
+        self.address: int = addressof(c_char.from_buffer(self._record.data))
         if IN_PYTHON is not None:
             IN_PYTHON[self.address] = self
 

@@ -98,7 +98,8 @@ class Area:
             return self.outline
         import shapely
 
-        return shapely.get_coordinates(self.shape)
+        corners: NDArray[np.float64] = shapely.get_coordinates(self.shape)
+        return corners
 
     @cached_property
     def box(self) -> Box:
