@@ -257,7 +257,9 @@ def test_nothing_breaks_at_random(opened: Open, survey: Path, acts: int) -> None
             page.mouse.up()
         else:
             page.keyboard.press(draw.choice(["Tab", "Escape", "ArrowUp", "Delete", "Control+z"]))
-    page.wait_for_timeout(500)
+    page.wait_for_timeout(500)  # files that were dropped are kept
+    page.evaluate("bindusbl.bench.ask('nothing')")  # is answered after all that was asked before
+    until(page, lambda: "nothing to do" in page.inner_text("#said"))
     survey.write_text(FAR)
     page.reload()
     settled(page, survey, lambda it: it.name == "cove")
